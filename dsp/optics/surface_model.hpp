@@ -1,0 +1,159 @@
+// The water surface as a short sum of modes, with its slopes and curvatures. Optics (5).
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "dsp/core/linear_algebra.hpp"
+#include "dsp/core/result.hpp"
+
+namespace srd::dsp {
+
+inline constexpr int kMaxModes = 24;
+inline constexpr int kMaxHarmonic = 9;  // one digit, so that names stay unambiguous
+
+// A_mn: cos(m pi X/Lx) cos(n pi Y/Ly); B: X/Lx; C: Y/Ly.
+struct Mode {
+  enum class Kind : std::uint8_t { kCosine, kSlopeX, kSlopeY };
+  Kind kind = Kind::kCosine;
+  std::uint8_t m = 0, n = 0;
+  friend constexpr bool operator==(const Mode&, const Mode&) = default;
+  // "A00", "B", "C", "A21"; always NUL-terminated.
+  [[nodiscard]] std::array<char, 4> name() const;
+  [[nodiscard]] static std::optional<Mode> parse(std::string_view name);
+};
+
+// Up to 24 different modes, in the order of their coefficients.
+class ModeList {
+ public:
+  ModeList() = default;
+  // The published prefixes: 1, 3, 5, 8 or 12 parameters; kInvalidArgument otherwise.
+  [[nodiscard]] static Result<ModeList> standard(int parameters);
+  // kInvalidArgument for none, a repeated mode or a harmonic above 9; kTooSmall above 24.
+  [[nodiscard]] static Result<ModeList> make(std::span<const Mode> modes);
+
+  [[nodiscard]] int size() const { return size_; }
+  [[nodiscard]] const Mode& operator[](int i) const { return modes_[static_cast<std::size_t>(i)]; }
+  [[nodiscard]] const Mode* begin() const { return modes_.data(); }
+  [[nodiscard]] const Mode* end() const { return modes_.data() + size_; }
+  [[nodiscard]] int index_of(Mode mode) const;  // -1 when absent
+  friend bool operator==(const ModeList& a, const ModeList& b) {
+    if (a.size_ != b.size_) return false;
+    for (int i = 0; i < a.size_; ++i)
+      if (!(a[i] == b[i])) return false;
+    return true;
+  }
+
+ private:
+  std::array<Mode, kMaxModes> modes_{};
+  int size_ = 0;
+};
+
+// Coefficients of a surface, mm, in the order of its mode list. Fixed capacity: no heap.
+template <class S>
+using Coefficients = Eigen::Matrix<S, Eigen::Dynamic, 1, 0, kMaxModes, 1>;
+
+// Height (mm), slopes and curvatures (1/mm) of a surface at one (X, Y).
+template <class S>
+struct SurfaceSample {
+  S z = 0, zx = 0, zy = 0, zxx = 0, zxy = 0, zyy = 0;
+};
+
+// phi_j, d phi_j/dX, d phi_j/dY at one (X, Y).
+template <class S>
+struct Basis {
+  Coefficients<S> value, dx, dy;
+};
+
+template <class S>
+struct SurfaceModel {
+  ModeList modes;
+  S lx = 1, ly = 1;  // length scales, mm
+  S x0 = 0, y0 = 0;  // origin, mm
+
+  template <class T>
+  [[nodiscard]] SurfaceModel<T> cast() const {
+    return {modes, static_cast<T>(lx), static_cast<T>(ly), static_cast<T>(x0), static_cast<T>(y0)};
+  }
+
+  [[nodiscard]] SurfaceSample<S> sample(const Coefficients<S>& a, S x, S y) const {
+    return evaluate(&a, x, y, nullptr);
+  }
+  [[nodiscard]] S height(const Coefficients<S>& a, S x, S y) const { return sample(a, x, y).z; }
+  void basis(S x, S y, Basis<S>& out) const { (void)evaluate(nullptr, x, y, &out); }
+
+  // Both at once: the sample of a and the basis.
+  SurfaceSample<S> evaluate(const Coefficients<S>* a, S x, S y, Basis<S>* out) const {
+    const S kx = S(M_PI) / lx, ky = S(M_PI) / ly;
+    const S dx = x - x0, dy = y - y0;
+    std::array<S, kMaxHarmonic + 1> cx, sx, cy, sy;
+    int m_max = 0, n_max = 0;
+    for (const Mode& mode : modes) {
+      m_max = mode.m > m_max ? mode.m : m_max;
+      n_max = mode.n > n_max ? mode.n : n_max;
+    }
+    harmonics(kx * dx, m_max, cx, sx);
+    harmonics(ky * dy, n_max, cy, sy);
+    SurfaceSample<S> sum;
+    const int n_modes = modes.size();
+    if (out != nullptr) {
+      out->value.resize(n_modes);
+      out->dx.resize(n_modes);
+      out->dy.resize(n_modes);
+    }
+    for (int j = 0; j < n_modes; ++j) {
+      const Mode& mode = modes[j];
+      S v = 0, vx = 0, vy = 0, vxx = 0, vxy = 0, vyy = 0;
+      switch (mode.kind) {
+        case Mode::Kind::kSlopeX: v = dx / lx; vx = 1 / lx; break;
+        case Mode::Kind::kSlopeY: v = dy / ly; vy = 1 / ly; break;
+        case Mode::Kind::kCosine: {
+          const S wm = kx * static_cast<S>(mode.m), wn = ky * static_cast<S>(mode.n);
+          const S c = cx[mode.m], s = sx[mode.m], cn = cy[mode.n], sn = sy[mode.n];
+          v = c * cn;
+          vx = -wm * s * cn;
+          vy = -wn * c * sn;
+          vxx = -wm * wm * v;
+          vyy = -wn * wn * v;
+          vxy = wm * wn * s * sn;
+          break;
+        }
+      }
+      if (a != nullptr) {
+        const S aj = (*a)[j];
+        sum.z += aj * v;
+        sum.zx += aj * vx;
+        sum.zy += aj * vy;
+        sum.zxx += aj * vxx;
+        sum.zxy += aj * vxy;
+        sum.zyy += aj * vyy;
+      }
+      if (out != nullptr) {
+        out->value[j] = v;
+        out->dx[j] = vx;
+        out->dy[j] = vy;
+      }
+    }
+    return sum;
+  }
+
+ private:
+  // cos and sin of 0, 1, .. highest times the angle, by the addition theorem.
+  static void harmonics(S angle, int highest, std::array<S, kMaxHarmonic + 1>& c,
+                        std::array<S, kMaxHarmonic + 1>& s) {
+    c[0] = 1;
+    s[0] = 0;
+    if (highest == 0) return;
+    const S c1 = std::cos(angle), s1 = std::sin(angle);
+    for (std::size_t i = 1; i <= static_cast<std::size_t>(highest); ++i) {
+      c[i] = c[i - 1] * c1 - s[i - 1] * s1;
+      s[i] = s[i - 1] * c1 + c[i - 1] * s1;
+    }
+  }
+};
+
+}  // namespace srd::dsp
