@@ -12,6 +12,7 @@
 namespace srd {
 
 // camera_matrix, distortion_coefficients (4, 5, 8, 12 or 14), image_width, image_height (0 when the file has none).
+// camera holds the same distortion, filled up with zeros; write_calibration writes the list as given.
 struct Calibration {
   dsp::CameraModel<double> camera;
   std::vector<double> distortion;

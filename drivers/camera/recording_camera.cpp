@@ -1,0 +1,61 @@
+#include "drivers/camera/recording_camera.hpp"
+
+#include <algorithm>
+
+namespace srd {
+
+RecordingCamera::RecordingCamera(std::filesystem::path folder, const RecordingCameraOptions& options)
+    : folder_(std::move(folder)), options_(options) {}
+
+Outcome<void> RecordingCamera::start() {
+  Outcome<Recording> recording = read_recording(folder_, options_.rate_hz);
+  if (!recording) return recording.error();
+  recording_ = std::move(recording).value();
+  files_.clear();
+  for (const RecordedFrame& frame : recording_.frames) files_.push_back((folder_ / frame.file).string());
+
+  Problem first_problem;
+  for (const std::string& file : files_) {
+    const Outcome<GrayImage> image = read_gray_image(file);
+    if (image) {
+      pool_.reserve(image->width, image->height, std::clamp(options_.buffers, 3, FramePool::kMostBuffers));
+      next_ = 0;
+      pacer_.start();
+      return {};
+    }
+    if (first_problem.what.empty()) first_problem = image.error();
+  }
+  first_problem.advice = "no image of this recording can be read: check the files that frames.csv lists";
+  return first_problem;
+}
+
+Capture RecordingCamera::next(CameraFrame& frame, Nanoseconds timeout) noexcept {
+  if (next_ >= recording_.frames.size()) return Capture::kEnd;
+  const RecordedFrame& recorded = recording_.frames[next_];
+  const auto deadline = std::chrono::steady_clock::now() + timeout;
+  if (options_.pace == Pace::kCamera && !pacer_.wait(recorded.time_ns, timeout)) return Capture::kTimeout;
+  const std::optional<std::uint32_t> buffer = pool_.acquire(deadline);
+  if (!buffer) return Capture::kTimeout;
+  frame = {};
+  frame.sequence = recorded.sequence;
+  frame.time_ns = recorded.time_ns;
+  frame.clock = ClockId::kRecording;
+  frame.exposure_us = recorded.exposure_us;
+  frame.strobe = recorded.strobe;
+  const GrayBuffer target{pool_.pixels(*buffer), pool_.width(), pool_.height(), pool_.stride_bytes()};
+  if (!read_gray_image_into(files_[next_++], target)) {
+    pool_.release(*buffer);
+    return Capture::kBadFrame;
+  }
+  frame.buffer = *buffer;
+  frame.image = pool_.view(*buffer);
+  return Capture::kFrame;
+}
+
+void RecordingCamera::give_back(const CameraFrame& frame) noexcept {
+  if (frame.image.pixels != nullptr) pool_.release(frame.buffer);
+}
+
+void RecordingCamera::stop() noexcept { next_ = recording_.frames.size(); }
+
+}  // namespace srd

@@ -1,0 +1,179 @@
+#include "drivers/recording/recording.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cinttypes>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <optional>
+
+#include "drivers/support/text_file.hpp"
+
+namespace srd {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kHeader = "file,sequence,time_ns,exposure_us,strobe";
+constexpr int kPngLevel = 3;  // recording at camera rate: half the time of level 6 for a few percent of size
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+// A name that stays inside the folder.
+bool is_inner_path(std::string_view name) {
+  const fs::path path{name};
+  return !name.empty() && path.is_relative() && std::find(path.begin(), path.end(), fs::path("..")) == path.end();
+}
+
+std::optional<RecordedFrame> parse_row(std::string_view line) {
+  const std::vector<std::string_view> fields = split_commas(line);
+  if (fields.size() != 5 || !is_inner_path(fields[0])) return std::nullopt;
+  const auto sequence = parse_number<std::uint64_t>(fields[1]);
+  const auto time_ns = parse_number<std::int64_t>(fields[2]);
+  const auto exposure_us = parse_number<std::uint32_t>(fields[3]);
+  if (!sequence || !time_ns || !exposure_us) return std::nullopt;
+  if (fields[4] != "0" && fields[4] != "1" && fields[4] != "2") return std::nullopt;
+  return RecordedFrame{std::string(fields[0]), *sequence, *time_ns, *exposure_us,
+                       static_cast<StrobePhase>(fields[4][0] - '0')};
+}
+
+Outcome<void> read_listing(const fs::path& file, Recording& recording) {
+  const Outcome<std::string> text =
+      read_text_file(file, "a listing: " + std::string(kHeader), std::size_t{1} << 30);
+  if (!text) return text.error();
+  const std::vector<TextLine> lines = split_lines(*text);
+  if (lines.empty() || trimmed(lines[0].text) != kHeader)
+    return Problem{Exit::kInput, "has another header", file.string() + ":1", std::string(kHeader),
+                   lines.empty() ? "an empty file" : "'" + std::string(lines[0].text.substr(0, 80)) + "'",
+                   "write that header, or delete the file and give a rate"};
+  for (std::size_t i = 1; i < lines.size(); ++i) {
+    const TextLine& line = lines[i];
+    if (trimmed(line.text).empty()) continue;
+    const std::optional<RecordedFrame> frame = parse_row(line.text);
+    const std::string where = file.string() + ":" + std::to_string(line.number);
+    if (!frame) {
+      if (!line.ended) {  // whole numbers and one digit at the end: no cut row reads as a whole one
+        recording.cut = true;
+        break;
+      }
+      return Problem{Exit::kInput, "is not a frame", where,
+                     std::string(kHeader) + "; file inside the folder, whole numbers, strobe 0, 1 (lit) or 2 (dark)",
+                     "'" + std::string(line.text.substr(0, 120)) + "'", ""};
+    }
+    if (!recording.frames.empty()) {
+      const RecordedFrame& before = recording.frames.back();
+      if (frame->sequence <= before.sequence)
+        return Problem{Exit::kInput, "'sequence' does not grow", where,
+                       "more than " + std::to_string(before.sequence), std::to_string(frame->sequence), ""};
+      if (frame->time_ns < before.time_ns)
+        return Problem{Exit::kInput, "'time_ns' falls", where, "at least " + std::to_string(before.time_ns),
+                       std::to_string(frame->time_ns), ""};
+    }
+    recording.frames.push_back(*frame);
+  }
+  recording.listed = true;
+  return {};
+}
+
+Outcome<void> list_images(double rate_hz, Recording& recording) {
+  const std::string where = recording.folder.string();
+  std::vector<std::string> names;
+  std::error_code error;
+  for (fs::directory_iterator it(recording.folder, error), end; !error && it != end; it.increment(error)) {
+    const std::string name = it->path().filename().string();
+    std::error_code ignored;
+    if (is_image_name(name) && name != kReferenceName && !it->is_directory(ignored)) names.push_back(name);
+  }
+  if (error) return Problem{Exit::kInput, "cannot be listed", where, "a readable folder", error.message(), ""};
+  if (names.empty())
+    return Problem{Exit::kInput, "holds neither frames.csv nor images", where, "a recording", "",
+                   "name the folder that holds the images"};
+  if (!(rate_hz > 0) || !std::isfinite(rate_hz))
+    return Problem{Exit::kUsage, "has no frames.csv, so the frame rate must be given", where, "a rate in Hz above 0",
+                   number_text(rate_hz), "give the camera's frame rate"};
+  std::sort(names.begin(), names.end(), natural_less);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const double time_ns = std::round(static_cast<double>(i) * 1e9 / rate_hz);
+    if (time_ns > 9e18) return Problem{Exit::kUsage, "the rate is too low", where, "", number_text(rate_hz), ""};
+    recording.frames.push_back({names[i], i, static_cast<std::int64_t>(time_ns), 0, StrobePhase::kUnstrobed});
+  }
+  return {};
+}
+
+}  // namespace
+
+bool natural_less(std::string_view a, std::string_view b) {
+  std::size_t i = 0, j = 0;
+  while (i < a.size() && j < b.size()) {
+    if (!is_digit(a[i]) || !is_digit(b[j])) {
+      if (a[i] != b[j]) return static_cast<unsigned char>(a[i]) < static_cast<unsigned char>(b[j]);
+      ++i;
+      ++j;
+      continue;
+    }
+    const auto run = [](std::string_view text, std::size_t& at) {
+      while (at < text.size() && text[at] == '0') ++at;
+      const std::size_t first = at;
+      while (at < text.size() && is_digit(text[at])) ++at;
+      return text.substr(first, at - first);
+    };
+    const std::string_view x = run(a, i), y = run(b, j);
+    if (x.size() != y.size()) return x.size() < y.size();
+    if (x != y) return x < y;
+  }
+  if (i < a.size() || j < b.size()) return j < b.size();
+  return a < b;  // only leading zeros differ
+}
+
+Outcome<Recording> read_recording(const fs::path& folder, double rate_hz) {
+  std::error_code error;
+  if (!fs::is_directory(folder, error))
+    return Problem{Exit::kInput, fs::exists(folder, error) ? "is not a folder" : "no such folder", folder.string(),
+                   "a folder with a recording", "", "check the path"};
+  Recording recording;
+  recording.folder = folder;
+  const fs::path listing = folder / kFramesName;
+  const Outcome<void> read =
+      fs::exists(listing, error) ? read_listing(listing, recording) : list_images(rate_hz, recording);
+  if (!read) return read.error();
+  if (recording.frames.empty())
+    return Problem{Exit::kInput, "lists no whole frame", listing.string(), "at least one row", "", ""};
+  return recording;
+}
+
+Outcome<RecordingWriter> RecordingWriter::create(const fs::path& folder, ImageFormat format, bool overwrite) {
+  std::error_code error;
+  const fs::path listing = folder / kFramesName;
+  if (fs::exists(listing, error) && !overwrite)
+    return Problem{Exit::kUsage, "a recording is there already", listing.string(), "a new folder", "",
+                   "name another folder, or add --force to replace it"};
+  fs::create_directories(folder, error);
+  if (error)
+    return Problem{Exit::kInput, "cannot be made", folder.string(), "a writable place", error.message(), ""};
+  RecordingWriter writer;
+  writer.folder_ = folder;
+  writer.format_ = format;
+  writer.listing_.reset(std::fopen(listing.c_str(), "wb"));
+  if (!writer.listing_ || std::fprintf(writer.listing_.get(), "%s\n", kHeader.data()) < 0 ||
+      std::fflush(writer.listing_.get()) != 0)
+    return Problem{Exit::kInput, "cannot be written", listing.string(), "a writable folder with room",
+                   std::strerror(errno), "check the folder, its permissions and the disk"};
+  return writer;
+}
+
+Outcome<void> RecordingWriter::add(const GrayView& image, const RecordedFrame& frame) {
+  char name[32];
+  std::snprintf(name, sizeof name, "frame_%06d.%s", frames_, format_ == ImageFormat::kPng ? "png" : "pgm");
+  if (Outcome<void> written = write_gray_image(folder_ / name, image, kPngLevel); !written) return written;
+  if (std::fprintf(listing_.get(), "%s,%" PRIu64 ",%" PRId64 ",%" PRIu32 ",%d\n", name, frame.sequence, frame.time_ns,
+                   frame.exposure_us, static_cast<int>(frame.strobe)) < 0 ||
+      std::fflush(listing_.get()) != 0)
+    return Problem{Exit::kInput, "cannot be written", (folder_ / kFramesName).string(), "a folder with room",
+                   std::strerror(errno), "check the disk"};
+  ++frames_;
+  return {};
+}
+
+}  // namespace srd

@@ -1,0 +1,246 @@
+#include "drivers/recording/recording.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <opencv2/imgcodecs.hpp>
+#include <random>
+
+#include "drivers/recording/truth.hpp"
+#include "tests/fakes/scratch_folder.hpp"
+
+namespace srd {
+namespace {
+
+using fakes::bytes_of;
+using fakes::ScratchFolder;
+
+GrayImage test_image(int width, int height, unsigned seed) {
+  GrayImage image{std::vector<std::uint8_t>(static_cast<std::size_t>(width * height)), width, height};
+  std::mt19937 random(seed);
+  for (auto& pixel : image.pixels) pixel = static_cast<std::uint8_t>(random());
+  return image;
+}
+
+const std::string kHeader = "file,sequence,time_ns,exposure_us,strobe\n";
+
+TEST(Recording, ComesBackAsWritten) {
+  for (const ImageFormat format : {ImageFormat::kPng, ImageFormat::kPgm}) {
+    const ScratchFolder folder;
+    auto writer = RecordingWriter::create(folder.path() / "run", format, false);
+    ASSERT_TRUE(writer) << writer.error().text();
+    std::vector<RecordedFrame> frames;
+    for (unsigned i = 0; i < 5; ++i) {
+      frames.push_back({"", 7 + 3 * i, -50 + 20'000'001LL * i, 150 * i, static_cast<StrobePhase>(i % 3)});
+      ASSERT_TRUE(writer->add(test_image(33, 17, i).view(), frames.back()));
+    }
+    const auto read = read_recording(folder.path() / "run");
+    ASSERT_TRUE(read) << read.error().text();
+    EXPECT_TRUE(read->listed);
+    EXPECT_FALSE(read->cut);
+    ASSERT_EQ(read->frames.size(), frames.size());
+    for (unsigned i = 0; i < frames.size(); ++i) {
+      EXPECT_EQ(read->frames[i].sequence, frames[i].sequence);
+      EXPECT_EQ(read->frames[i].time_ns, frames[i].time_ns);
+      EXPECT_EQ(read->frames[i].exposure_us, frames[i].exposure_us);
+      EXPECT_EQ(read->frames[i].strobe, frames[i].strobe);
+      const auto image = read_gray_image(read->folder / read->frames[i].file);
+      ASSERT_TRUE(image) << image.error().text();
+      EXPECT_EQ(image->pixels, test_image(33, 17, i).pixels);
+    }
+  }
+}
+
+TEST(Recording, IsNotOverwrittenUnlessToldTo) {
+  const ScratchFolder folder;
+  ASSERT_TRUE(RecordingWriter::create(folder.path(), ImageFormat::kPgm, false));
+  const auto again = RecordingWriter::create(folder.path(), ImageFormat::kPgm, false);
+  ASSERT_FALSE(again);
+  EXPECT_EQ(again.error().exit, Exit::kUsage);
+  EXPECT_TRUE(RecordingWriter::create(folder.path(), ImageFormat::kPgm, true));
+}
+
+TEST(Recording, CutAtAnyByteIsReadableToItsLastWholeFrame) {
+  const ScratchFolder folder;
+  const std::string rows[] = {"frame_0.png,0,0,100,0\n", "frame_1.png,1,20000000,100,1\n",
+                              "frame_2.png,2,40000000,1005,2\n"};
+  std::string whole = kHeader;
+  for (const auto& row : rows) whole += row;
+  for (std::size_t cut = kHeader.size(); cut <= whole.size(); ++cut) {
+    folder.write("frames.csv", whole.substr(0, cut));
+    std::size_t expected = 0;
+    for (std::size_t end = kHeader.size(); const auto& row : rows) {
+      end += row.size();
+      if (cut + 1 >= end) ++expected;  // a row that only lacks its line end is whole
+    }
+    const auto read = read_recording(folder.path());
+    if (expected == 0) {
+      EXPECT_FALSE(read);
+      continue;
+    }
+    ASSERT_TRUE(read) << cut << read.error().text();
+    EXPECT_EQ(read->frames.size(), expected) << cut;
+    EXPECT_EQ(read->frames.back().exposure_us, expected == 3 ? 1005U : 100U);
+  }
+}
+
+TEST(Recording, WrongListingsAreRefusedWithTheirLine) {
+  const ScratchFolder folder;
+  const struct {
+    std::string contents, in_text;
+  } cases[] = {
+      {"", ":1"},
+      {"file,time\na.png,0\n", ":1"},
+      {kHeader, "no whole frame"},
+      {kHeader + "a.png,0,0,0,3\n", ":2"},
+      {kHeader + "a.png,0,0,0\n", ":2"},
+      {kHeader + "a.png,0,0,0,0,0\n", ":2"},
+      {kHeader + ",0,0,0,0\n", ":2"},
+      {kHeader + "a.png,-1,0,0,0\n", ":2"},
+      {kHeader + "a.png,0,1.5,0,0\n", ":2"},
+      {kHeader + "a.png,0,0,4294967296,0\n", ":2"},
+      {kHeader + "a.png,0,9223372036854775808,0,0\n", ":2"},
+      {kHeader + "/etc/a.png,0,0,0,0\n", ":2"},
+      {kHeader + "../a.png,0,0,0,0\n", ":2"},
+      {kHeader + "b/../../a.png,0,0,0,0\n", ":2"},
+      {kHeader + "a.png,5,0,0,0\n\nb.png,5,1,0,0\n", ":4: 'sequence'"},
+      {kHeader + "a.png,5,10,0,0\nb.png,6,9,0,0\n", ":3: 'time_ns'"},
+  };
+  for (const auto& wrong : cases) {
+    folder.write("frames.csv", wrong.contents);
+    const auto read = read_recording(folder.path());
+    ASSERT_FALSE(read) << wrong.contents;
+    EXPECT_NE(read.error().text().find(wrong.in_text), std::string::npos) << read.error().text();
+  }
+  EXPECT_FALSE(read_recording(folder.path() / "none"));
+  EXPECT_FALSE(read_recording(folder.path() / "frames.csv"));
+}
+
+TEST(Recording, ImagesWithoutListingComeInNaturalOrderAtTheGivenRate) {
+  const ScratchFolder folder;
+  for (const char* name : {"frame_10.png", "frame_2.png", "frame_1.PNG", "frame_02.png", "notes.txt", "reference.png"})
+    folder.write(name, "x");
+  std::filesystem::create_directory(folder.path() / "frame_3.png");
+  const auto read = read_recording(folder.path(), 30);
+  ASSERT_TRUE(read) << read.error().text();
+  std::vector<std::string> names;
+  for (const auto& frame : read->frames) names.push_back(frame.file);
+  EXPECT_EQ(names, (std::vector<std::string>{"frame_1.PNG", "frame_02.png", "frame_2.png", "frame_10.png"}));
+  EXPECT_FALSE(read->listed);
+  EXPECT_EQ(read->frames[1].time_ns, 33'333'333);
+  EXPECT_EQ(read->frames[3].time_ns, 100'000'000);
+  for (const double rate : {0.0, -1.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
+    const auto without = read_recording(folder.path(), rate);
+    ASSERT_FALSE(without);
+    EXPECT_EQ(without.error().exit, Exit::kUsage);
+  }
+}
+
+TEST(Recording, NaturalOrderIsAStrictOrder) {
+  std::vector<std::string> names{"a", "a1", "a01", "a1b", "a10", "a2", "", "1", "01", "001x", "1x", "b", "A",
+                                 "f_99999999999999999999999", "f_100000000000000000000000", "a1.5", "a1.10"};
+  for (const auto& a : names) {
+    EXPECT_FALSE(natural_less(a, a));
+    for (const auto& b : names) {
+      if (a != b) {
+        EXPECT_NE(natural_less(a, b), natural_less(b, a)) << a << " " << b;
+      }
+      for (const auto& c : names)
+        if (natural_less(a, b) && natural_less(b, c)) {
+          EXPECT_TRUE(natural_less(a, c)) << a << " " << b << " " << c;
+        }
+    }
+  }
+  EXPECT_TRUE(natural_less("f_99999999999999999999999", "f_100000000000000000000000"));
+  EXPECT_TRUE(natural_less("a1.5", "a1.10"));
+}
+
+TEST(ImageFile, CutImagesAreRefused) {
+  const ScratchFolder folder;
+  const GrayImage image = test_image(64, 48, 3);
+  const cv::Mat mat(48, 64, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data()));
+  for (const char* name : {"a.png", "a.pgm", "a.bmp", "a.jpg", "a.tif"}) {
+    const auto file = folder.path() / name;
+    ASSERT_TRUE(cv::imwrite(file.string(), mat));
+    ASSERT_TRUE(read_gray_image(file)) << name;
+    const std::string whole = bytes_of(file);
+    for (const double part : {0.0, 0.1, 0.5, 0.9}) {
+      folder.write(name, whole.substr(0, static_cast<std::size_t>(part * static_cast<double>(whole.size()))));
+      EXPECT_FALSE(read_gray_image(file)) << name << " " << part;
+      std::vector<std::uint8_t> pixels(64 * 48);
+      EXPECT_FALSE(read_gray_image_into(file.string(), {pixels.data(), 64, 48, 64})) << name << " " << part;
+    }
+  }
+  folder.write("big.pgm", "P5 65000 65000 255\nabc");
+  EXPECT_FALSE(read_gray_image(folder.path() / "big.pgm"));
+}
+
+TEST(ImageFile, SixteenBitsAreShiftedToEight) {
+  const ScratchFolder folder;
+  cv::Mat wide(5, 7, CV_16UC1);
+  for (int i = 0; i < 35; ++i) wide.at<std::uint16_t>(i / 7, i % 7) = static_cast<std::uint16_t>(i * 1800 + 255);
+  ASSERT_TRUE(cv::imwrite((folder.path() / "a.png").string(), wide));
+  ASSERT_TRUE(cv::imwrite((folder.path() / "a.pgm").string(), wide));
+  for (const char* name : {"a.png", "a.pgm"}) {
+    const auto image = read_gray_image(folder.path() / name);
+    ASSERT_TRUE(image);
+    for (int i = 0; i < 35; ++i)
+      EXPECT_EQ(image->pixels[static_cast<std::size_t>(i)], (i * 1800 + 255) >> 8) << name;
+  }
+  // A 10-bit sensor's PGM: two bits go.
+  folder.write("ten.pgm", std::string("P5\n# ten bits\n2 1\n1023\n\x03\xFF\x00\x07", 28));
+  const auto ten = read_gray_image(folder.path() / "ten.pgm");
+  ASSERT_TRUE(ten);
+  EXPECT_EQ(ten->pixels, (std::vector<std::uint8_t>{255, 1}));
+}
+
+TEST(ImageFile, ColourBecomesGrey) {
+  const ScratchFolder folder;
+  ASSERT_TRUE(cv::imwrite((folder.path() / "a.png").string(), cv::Mat(3, 4, CV_8UC3, cv::Scalar(70, 70, 70))));
+  const auto image = read_gray_image(folder.path() / "a.png");
+  ASSERT_TRUE(image);
+  EXPECT_EQ(image->pixels, std::vector<std::uint8_t>(12, 70));
+}
+
+TEST(ImageFile, StridesAreKept) {
+  const ScratchFolder folder;
+  const GrayImage image = test_image(40, 9, 1);
+  const GrayView part{image.pixels.data() + 3, 20, 9, 40};
+  for (const char* name : {"a.png", "a.pgm"}) {
+    const auto file = folder.path() / name;
+    ASSERT_TRUE(write_gray_image(file, part));
+    std::vector<std::uint8_t> pixels(30 * 9, 99);
+    ASSERT_TRUE(read_gray_image_into(file.string(), {pixels.data(), 20, 9, 30}));
+    for (int v = 0; v < 9; ++v) {
+      EXPECT_TRUE(std::equal(part.row(v), part.row(v) + 20, pixels.data() + 30 * v));
+      EXPECT_EQ(pixels[static_cast<std::size_t>(30 * v + 20)], 99);
+    }
+    EXPECT_FALSE(read_gray_image_into(file.string(), {pixels.data(), 21, 9, 30}));
+  }
+}
+
+TEST(Truth, ComesBackAsWritten) {
+  const ScratchFolder folder;
+  Truth truth{dsp::ModeList::standard(5).value(), {}};
+  for (unsigned i = 0; i < 3; ++i) {
+    TruthRow row{i + 2, 20'000'000 * i, dsp::Coefficients<double>(5)};
+    for (int j = 0; j < 5; ++j) row.coefficients[j] = 80.0 / (j + 3.0 + i);
+    truth.rows.push_back(row);
+  }
+  ASSERT_TRUE(write_truth(folder.path() / "truth.csv", truth));
+  EXPECT_EQ(bytes_of(folder.path() / "truth.csv").substr(0, 29), "frame,time_ns,A00,B,C,A10,A01");
+  const auto read = read_truth(folder.path() / "truth.csv");
+  ASSERT_TRUE(read) << read.error().text();
+  EXPECT_EQ(read->modes, truth.modes);
+  ASSERT_EQ(read->rows.size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(read->rows[i].frame, truth.rows[i].frame);
+    EXPECT_EQ(read->rows[i].coefficients, truth.rows[i].coefficients);
+  }
+  for (const char* bad : {"", "time,A00\n", "frame,time_ns,D\n", "frame,time_ns,A00,A00\n", "frame,time_ns,A00\n0,0\n",
+                          "frame,time_ns,A00\n0,0,x\n", "frame,time_ns,A00\n0,0,nan\n"})
+    EXPECT_FALSE(read_truth(folder.write("bad.csv", bad))) << bad;
+}
+
+}  // namespace
+}  // namespace srd
