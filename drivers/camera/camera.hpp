@@ -8,16 +8,11 @@
 
 #include "drivers/support/problem.hpp"
 #include "dsp/core/image_view.hpp"
+#include "dsp/core/time.hpp"
 
 namespace srd {
 
 using Nanoseconds = std::chrono::nanoseconds;
-
-// Which clock a time comes from. Numbers are on the wire: never reuse one.
-enum class ClockId : std::uint8_t { kUnknown = 0, kMonotonic = 1, kRealtime = 2, kBoottime = 3, kRecording = 4 };
-
-// Which light made the image. Numbers are on the wire and in frames.csv.
-enum class StrobePhase : std::uint8_t { kUnstrobed = 0, kLit = 1, kDark = 2 };
 
 // A borrowed frame: valid until give_back. No copy of pixels is made anywhere.
 struct CameraFrame {
