@@ -1,0 +1,77 @@
+#!/usr/bin/env bash
+# The whole way on one PC: simulated flume -> srd-node -> datagrams on loopback -> srd listen -> estimated against true
+# surface -> plots. Installs and builds what it needs.
+set -euo pipefail
+
+usage() { echo "usage: board/demo.sh [--frames N] [--out DIR]   (default: 200 frames, build/demo-DATE-TIME)"; }
+fail() {
+  echo "demo: $1" >&2
+  exit "${2:-1}"
+}
+
+frames=200
+out=
+while [ $# -gt 0 ]; do
+  case $1 in
+    --frames) frames=${2:-} && shift 2 || { usage >&2; exit 2; } ;;
+    --out) out=${2:-} && shift 2 || { usage >&2; exit 2; } ;;
+    -h | --help) usage; exit 0 ;;
+    *) usage >&2; exit 2 ;;
+  esac
+done
+[[ $frames =~ ^[1-9][0-9]{0,6}$ ]] || fail "--frames: expected a whole number from 1 to 9999999, found '$frames'" 2
+
+# A folder given relative to where the person stands stays there.
+case $out in "" | /*) ;; *) out=$PWD/$out ;; esac
+cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.."
+[ -n "$out" ] || out=$PWD/build/demo-$(date +%Y%m%d-%H%M%S)
+[ ! -e "$out/coefficients.csv" ] || fail "$out already holds a demo: give another --out" 2
+
+tests/install_packages.sh
+echo "== build"
+cmake --preset host >/dev/null || fail "the configuration failed: run cmake --preset host"
+cmake --build --preset host --target srd srd-node || fail "the build failed"
+srd=build/host/host/srd
+node=build/host/firmware/srd-node
+mkdir -p -- "$out"
+
+listener=
+stop_listener() {
+  if [ -n "$listener" ]; then
+    kill "$listener" 2>/dev/null || true
+    wait "$listener" 2>/dev/null || true
+    listener=
+  fi
+}
+trap stop_listener EXIT
+trap 'exit 130' INT
+trap 'exit 143' TERM
+
+port=$(python3 -c 'import socket; s = socket.socket(socket.AF_INET, socket.SOCK_DGRAM); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])')
+echo "== $frames frames of the simulated flume over 127.0.0.1:$port"
+"$srd" listen --bind "127.0.0.1:$port" --csv "$out/coefficients.csv" --count "$frames" \
+  >"$out/listen.log" 2>&1 </dev/null &
+listener=$!
+"$node" --config board/simulator/node.toml --camera simulator --host "127.0.0.1:$port" \
+  --frames "$frames" --rate max --truth "$out/truth.csv" ||
+  fail "srd-node ended with code $?; srd listen said: $(cat "$out/listen.log")"
+
+# The node lingers until its last frame is acknowledged, so the listener has all it waits for: a minute is ample.
+for ((tenths = 0; tenths < 600; ++tenths)); do
+  kill -0 "$listener" 2>/dev/null || break
+  sleep 0.1
+done
+! kill -0 "$listener" 2>/dev/null ||
+  fail "srd listen still waits for frames a minute after the node ended; it said: $(cat "$out/listen.log")"
+status=0
+wait "$listener" || status=$?
+listener=
+[ "$status" -eq 0 ] || fail "srd listen ended with code $status: $(cat "$out/listen.log")"
+
+echo "== estimated against true"
+"$srd" compare "$out/coefficients.csv" "$out/truth.csv" || fail "srd compare ended with code $?"
+echo "== plots"
+"$srd" plot "$out/coefficients.csv" --truth "$out/truth.csv" --out "$out" || fail "srd plot ended with code $?"
+
+echo "== written"
+find "$out" -maxdepth 1 -type f | sort

@@ -1,0 +1,91 @@
+"""Rules about the tree that a compiler does not check. Each gives a list of "file:line: what is wrong"."""
+import pathlib
+import re
+import subprocess
+
+# STYLE: who may include whom. Names are top-level folders.
+MAY_INCLUDE = {
+    "dsp": {"dsp"},
+    "proto": {"proto", "dsp"},
+    "drivers": {"drivers", "dsp"},
+    "firmware": {"firmware", "drivers", "dsp", "proto"},
+    "host": {"host", "drivers", "dsp", "proto"},
+}
+FOLDERS = set(MAY_INCLUDE) | {"tests", "board", "toolchains"}
+# dsp is pure: std without clocks, threads and I/O, plus Eigen and Highway.
+DSP_LIBRARIES = re.compile(r"^(Eigen|hwy)/")
+DSP_NOT_STD = {
+    "chrono", "condition_variable", "cstdio", "ctime", "filesystem", "fstream", "future", "iostream", "mutex",
+    "shared_mutex", "stop_token", "thread",
+}
+INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^">]+)[">]')
+SOURCES = {".c", ".cc", ".cpp", ".h", ".hpp"}
+MOST_LINES = 500
+# A folder of one person's machine, at the start of a path.
+MACHINE_PATH = re.compile(r"(?<![\w.})\]*~-])/(?:home|root|work|Users)/")
+
+
+def source_files(root):
+    """Files under source control; without git (an unpacked archive) all files outside build folders."""
+    root = pathlib.Path(root)
+    listed = None
+    if (root / ".git").exists():
+        listed = subprocess.run(
+            ["git", "-C", str(root), "-c", "safe.directory=*", "ls-files", "-z"], capture_output=True, check=False)
+    if listed is not None and listed.returncode == 0:
+        names = [name for name in listed.stdout.decode().split("\0") if name]
+    else:
+        names = [str(path.relative_to(root)) for path in root.rglob("*")]
+        names = [name for name in names if not name.startswith(("build", ".git/"))]
+    return sorted(name for name in names if (root / name).is_file())
+
+
+def lines_of(root, name):
+    text = (pathlib.Path(root) / name).read_bytes()
+    return [] if b"\0" in text else text.decode("utf-8", "replace").splitlines()
+
+
+def include_problem(folder, mark, target):
+    if ".." in target.split("/"):
+        return "includes by a relative path; name it from the top folder"
+    first = target.split("/")[0]
+    if "/" in target and first in FOLDERS:
+        allowed = MAY_INCLUDE[folder]
+        return None if first in allowed else f"{folder}/ may include {', '.join(sorted(allowed))}; not {first}/"
+    if folder != "dsp" or DSP_LIBRARIES.match(target):
+        return None
+    if mark == "<" and "/" not in target and not target.endswith(".h") and target not in DSP_NOT_STD:
+        return None
+    return "dsp/ may include std (no clock, thread or I/O), Eigen and Highway only"
+
+
+def include_problems(root):
+    problems = []
+    for name in source_files(root):
+        folder = name.split("/")[0]
+        if folder not in MAY_INCLUDE or pathlib.Path(name).suffix not in SOURCES:
+            continue
+        for number, line in enumerate(lines_of(root, name), 1):
+            found = INCLUDE.match(line)
+            what = found and include_problem(folder, *found.groups())
+            if what:
+                problems.append(f"{name}:{number}: {line.strip()}: {what}")
+    return problems
+
+
+def length_problems(root):
+    problems = []
+    for name in source_files(root):
+        length = len(lines_of(root, name)) if pathlib.Path(name).suffix in SOURCES else 0
+        if length > MOST_LINES:
+            problems.append(f"{name}:{length}: {length} lines; at most {MOST_LINES}, look for the seam")
+    return problems
+
+
+def machine_path_problems(root):
+    return [
+        f"{name}:{number}: the path of one machine: {line.strip()}"
+        for name in source_files(root)
+        for number, line in enumerate(lines_of(root, name), 1)
+        if MACHINE_PATH.search(line)
+    ]

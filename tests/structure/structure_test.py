@@ -1,0 +1,69 @@
+#!/usr/bin/env python3
+"""The tree keeps its rules, and each rule catches a small tree that breaks it. Run by ctest, one case at a time."""
+import pathlib
+import tempfile
+import unittest
+
+import rules
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+
+class Structure(unittest.TestCase):
+    def assert_clean(self, problems):
+        self.assertEqual([], problems, "\n" + "\n".join(problems))
+
+    def tree(self, files):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        for name, text in files.items():
+            path = pathlib.Path(folder.name) / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+        return folder.name
+
+    def test_includes_follow_the_folders(self):
+        self.assertGreater(len(rules.source_files(ROOT)), 20)
+        self.assert_clean(rules.include_problems(ROOT))
+
+    def test_sources_are_short(self):
+        self.assert_clean(rules.length_problems(ROOT))
+
+    def test_no_path_of_one_machine(self):
+        self.assert_clean(rules.machine_path_problems(ROOT))
+
+    def test_wrong_includes_are_found(self):
+        wrong = {
+            "dsp/a.cpp": '#include <opencv2/core.hpp>',
+            "dsp/b.hpp": '#include "drivers/camera/camera.hpp"',
+            "dsp/c.cpp": '#include <chrono>',
+            "dsp/d.cpp": '#include <sys/mman.h>',
+            "proto/a.cpp": '#include "drivers/support/problem.hpp"',
+            "drivers/a.cpp": '  #  include "proto/codec.hpp"',
+            "drivers/b.cpp": '#include "../host/table/csv_table.hpp"',
+            "firmware/a.cpp": '#include "host/plot/command.hpp"',
+            "host/a.cpp": '#include "firmware/state.hpp"',
+            "host/b.cpp": '#include "tests/fakes/clock.hpp"',
+        }
+        right = {
+            "dsp/e.cpp": '#include <Eigen/Core>\n#include <hwy/highway.h>\n#include <cmath>\n#include "dsp/core/result.hpp"',
+            "proto/b.cpp": '#include <pb_encode.h>\n#include "srd.pb.h"\n#include "dsp/core/result.hpp"',
+            "host/c.cpp": '#include <cairo.h>\n#include "proto/codec.hpp"\n#include "drivers/camera/camera.hpp"',
+            "tests/t.cpp": '#include "host/plot/command.hpp"\n#include "firmware/state.hpp"',
+        }
+        root = self.tree({name: "// line 1\n" + text + "\n" for name, text in {**wrong, **right}.items()})
+        found = [problem.split(": ")[0] for problem in rules.include_problems(root)]
+        self.assertEqual(sorted(f"{name}:2" for name in wrong), sorted(found))
+
+    def test_long_sources_are_found(self):
+        root = self.tree({"dsp/long.cpp": "\n" * 501, "dsp/fits.cpp": "\n" * 500, "host/long.txt": "\n" * 900})
+        self.assertEqual(["dsp/long.cpp:501"], [problem.split(": ")[0] for problem in rules.length_problems(root)])
+
+    def test_paths_of_one_machine_are_found(self):
+        home = "/" + "home/"
+        root = self.tree({"a.txt": f"first\nlook in {home}ann/flume", "b.txt": "build/work/x and <a/root/b>\n"})
+        self.assertEqual(["a.txt:2"], [problem.split(": ")[0] for problem in rules.machine_path_problems(root)])
+
+
+if __name__ == "__main__":
+    unittest.main()
