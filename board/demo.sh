@@ -13,8 +13,11 @@ frames=200
 out=
 while [ $# -gt 0 ]; do
   case $1 in
-    --frames) frames=${2:-} && shift 2 || { usage >&2; exit 2; } ;;
-    --out) out=${2:-} && shift 2 || { usage >&2; exit 2; } ;;
+    --frames | --out)
+      [ $# -ge 2 ] || { usage >&2; exit 2; }
+      if [ "$1" = --frames ]; then frames=$2; else out=$2; fi
+      shift 2
+      ;;
     -h | --help) usage; exit 0 ;;
     *) usage >&2; exit 2 ;;
   esac
