@@ -1,0 +1,115 @@
+#include "dsp/frontend/corner_detector.hpp"
+
+#include <algorithm>
+
+namespace srd::dsp {
+
+namespace {
+constexpr int kMinCell = 4;  // px: the smallest bucket of the distance test
+}
+
+CornerDetector::CornerDetector(int max_width, int max_height, int max_corners)
+    : max_width_(max_width),
+      max_height_(max_height),
+      max_corners_(static_cast<std::size_t>(max_corners)),
+      rows_(3 * static_cast<std::size_t>(max_width)),
+      bucket_heads_(static_cast<std::size_t>(max_width / kMinCell + 1) *
+                    static_cast<std::size_t>(max_height / kMinCell + 1)) {
+  maxima_.reserve(16 * max_corners_);
+  bucket_next_.reserve(16 * max_corners_);
+  corners_.reserve(max_corners_);
+}
+
+std::span<const CornerFit> CornerDetector::detect(const GrayView& image, const DetectorOptions& options) {
+  corners_.clear();
+  maxima_.clear();
+  overflow_ = 0;
+  if (image.width > max_width_ || image.height > max_height_) return {};
+  find_maxima(image, options);
+  keep_distant(options.min_distance);
+  for (const Maximum& maximum : maxima_) {
+    CornerFit fit;
+    CornerShape start;
+    if (!guess_shape(image, maximum.u, maximum.v, options.response.radius, start)) continue;
+    if (!fit_corner(image, start, options.fit, fit)) continue;
+    if (corners_.size() == max_corners_) {
+      ++overflow_;
+      continue;
+    }
+    fit.corner.response = maximum.response;
+    corners_.push_back(fit);
+  }
+  return corners_;
+}
+
+// Local maxima of 3x3 pixels above the threshold, reading the image once, three rows of responses at a time.
+void CornerDetector::find_maxima(const GrayView& image, const DetectorOptions& options) {
+  const int margin = options.response.radius + 1;  // the neighbours need responses too
+  Region region = options.region;
+  if (region.empty()) region = {0, 0, image.width, image.height};
+  const int u0 = std::max(region.u0, margin), u1 = std::min(region.u1, image.width - margin);
+  const int v0 = std::max(region.v0, margin), v1 = std::min(region.v1, image.height - margin);
+  if (u0 >= u1 || v0 >= v1) return;
+  const std::size_t width = static_cast<std::size_t>(u1 - u0 + 2);
+  std::int16_t* above = rows_.data();
+  std::int16_t* here = above + width;
+  std::int16_t* below = here + width;
+  response_row(image, v0 - 1, u0 - 1, u1 + 1, options.response, above);
+  response_row(image, v0, u0 - 1, u1 + 1, options.response, here);
+  for (int v = v0; v < v1; ++v) {
+    response_row(image, v + 1, u0 - 1, u1 + 1, options.response, below);
+    for (std::size_t i = 1; i + 1 < width; ++i) {
+      const std::int16_t r = here[i];
+      // Of equal neighbours the first in reading order wins.
+      if (r <= options.threshold || r <= above[i - 1] || r <= above[i] || r <= above[i + 1] || r <= here[i - 1] ||
+          r < here[i + 1] || r < below[i - 1] || r < below[i] || r < below[i + 1])
+        continue;
+      if (maxima_.size() == maxima_.capacity()) {
+        ++overflow_;
+        continue;
+      }
+      maxima_.push_back({r, u0 - 1 + static_cast<int>(i), v});
+    }
+    std::int16_t* const recycled = above;
+    above = here;
+    here = below;
+    below = recycled;
+  }
+}
+
+// Strongest first; a weaker maximum nearer than min_distance to a kept one goes. Buckets keep it linear.
+void CornerDetector::keep_distant(int min_distance) {
+  std::sort(maxima_.begin(), maxima_.end(), [](const Maximum& a, const Maximum& b) {
+    if (a.response != b.response) return a.response > b.response;
+    return a.v != b.v ? a.v < b.v : a.u < b.u;
+  });
+  const int cell = std::max(min_distance, kMinCell);
+  const int columns = max_width_ / cell + 1, rows = max_height_ / cell + 1;
+  std::fill_n(bucket_heads_.begin(), static_cast<std::ptrdiff_t>(columns) * rows, -1);
+  bucket_next_.clear();
+  const std::int64_t limit = static_cast<std::int64_t>(min_distance) * min_distance;
+  std::size_t kept = 0;
+  for (const Maximum maximum : maxima_) {
+    const int cu = maximum.u / cell, cv = maximum.v / cell;
+    bool alone = true;
+    for (int bv = std::max(cv - 1, 0); alone && bv <= std::min(cv + 1, rows - 1); ++bv)
+      for (int bu = std::max(cu - 1, 0); alone && bu <= std::min(cu + 1, columns - 1); ++bu)
+        for (int i = bucket_heads_[static_cast<std::size_t>(bv * columns + bu)]; i >= 0;
+             i = bucket_next_[static_cast<std::size_t>(i)]) {
+          const std::int64_t du = maxima_[static_cast<std::size_t>(i)].u - maximum.u;
+          const std::int64_t dv = maxima_[static_cast<std::size_t>(i)].v - maximum.v;
+          if (du * du + dv * dv < limit) {
+            alone = false;
+            break;
+          }
+        }
+    if (!alone) continue;
+    int& head = bucket_heads_[static_cast<std::size_t>(cv * columns + cu)];
+    bucket_next_.push_back(head);
+    head = static_cast<int>(kept);
+    maxima_[kept++] = maximum;
+  }
+  maxima_.resize(kept);
+}
+
+}  // namespace srd::dsp

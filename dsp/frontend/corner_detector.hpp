@@ -1,0 +1,48 @@
+// All checkerboard corners of an image: response, maxima, minimum distance, subpixel fit. Integer arithmetic.
+// Buffers are sized at construction; detect() does not allocate. One thread per object.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "dsp/frontend/chess_response.hpp"
+#include "dsp/frontend/corner_fit.hpp"
+
+namespace srd::dsp {
+
+struct DetectorOptions {
+  ResponseOptions response;
+  int threshold = 200;      // least response; a corner of contrast C (bright - dark) in focus gives about 6 C
+  int min_distance = 8;     // px between two corners; the stronger one wins
+  Region region{};          // where corners may lie; empty: the whole image
+  CornerFitOptions fit;
+};
+
+class CornerDetector {
+ public:
+  // Images up to max_width x max_height px; at most max_corners corners and 16 times as many maxima.
+  CornerDetector(int max_width, int max_height, int max_corners);
+
+  // Strongest response first. Empty when the image is larger than announced or smaller than the circle.
+  [[nodiscard]] std::span<const CornerFit> detect(const GrayView& image, const DetectorOptions& options);
+  // Maxima that found no room in the last detect().
+  [[nodiscard]] int overflow() const { return overflow_; }
+
+ private:
+  struct Maximum {
+    std::int16_t response;
+    int u, v;
+  };
+  void find_maxima(const GrayView& image, const DetectorOptions& options);
+  void keep_distant(int min_distance);
+
+  int max_width_, max_height_;
+  std::size_t max_corners_;
+  std::vector<std::int16_t> rows_;  // three rows of responses
+  std::vector<Maximum> maxima_;
+  std::vector<int> bucket_heads_, bucket_next_;
+  std::vector<CornerFit> corners_;
+  int overflow_ = 0;
+};
+
+}  // namespace srd::dsp
