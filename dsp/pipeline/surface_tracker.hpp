@@ -1,0 +1,132 @@
+// From images to a surface: finds the pattern, follows its corners by predicting them through the last surface, fits the
+// next one. One to three cameras that look at one pattern. Optics (11), (15)-(17).
+// Everything is sized at construction: process() does not allocate, throw, or read a clock. One thread per object.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "dsp/estimate/estimator.hpp"
+#include "dsp/estimate/start_history.hpp"
+#include "dsp/frontend/corner_detector.hpp"
+#include "dsp/frontend/corner_tracker.hpp"
+#include "dsp/frontend/grid_labelling.hpp"
+#include "dsp/pipeline/pattern.hpp"
+#include "dsp/pipeline/prediction.hpp"
+
+namespace srd::dsp {
+
+inline constexpr int kMaxCameras = 3;
+
+struct SurfaceTrackerOptions {
+  DetectorOptions detector;      // for full detection; its region holds for tracking too
+  int search_radius = 6;         // px round a prediction; never more than 0.4 of a square
+  int min_corners = 0;           // over all cameras; 0: what the model needs, and two more
+  double max_rms_px = 1.0;       // a fit worse than this is a wrong identity or a wrong model
+  double outlier_factor = 5;     // corners beyond this times the frame's own scatter (median) are left out; 0: none
+  double sigma_floor_px = 0.01;  // added to a corner's own deviation: what the surface model leaves over
+  bool weigh_corners = true;     // false: every corner counts alike, as in the published method
+};
+
+enum class TrackState : std::uint8_t { kSearching, kTracking, kLost };
+
+// Why a frame has a surface, or none.
+enum class TrackStatus : std::uint8_t {
+  kOk,
+  kNoPattern,      // no grid of corners that could be ours
+  kTooFewCorners,
+  kAmbiguous,      // two placements of the pattern fit alike; no surface is given
+  kPoorFit,        // rms above max_rms_px: a wrong identity, or a surface beyond the model
+  kSolverFailed,   // see estimate.stop
+  kBadImage,       // an image of another size than the first
+};
+
+template <class S>
+struct FrameResult {
+  TrackStatus status = TrackStatus::kNoPattern;
+  TrackState state = TrackState::kSearching;  // after this frame
+  bool acquired = false;    // found by full detection in this frame
+  int expected = 0;         // corners predicted inside the images and regions
+  int found = 0;            // corners located
+  Estimate<S> estimate;     // valid with kOk; estimate.corners_used were used
+  bool has_surface() const { return status == TrackStatus::kOk; }
+  // The corners used, camera by camera; valid until the next process().
+  std::array<std::span<const Observation<S>>, kMaxCameras> observations{};
+};
+
+template <class S>
+struct CameraSetup {
+  View<S> view;
+  int width = 0, height = 0;  // px
+  Region region{};            // where the pattern may be seen; empty: the whole image
+};
+
+template <class S>
+class SurfaceTracker {
+ public:
+  // guess: one number a mode (mm), where the search starts. estimator: scale, bounds, stops, metric.
+  // kInvalidArgument: no camera or more than three, sizes or lengths that do not fit.
+  [[nodiscard]] static Result<SurfaceTracker> make(std::span<const CameraSetup<S>> cameras, const Pattern& pattern,
+                                                   const SurfaceModel<S>& model, const Media<S>& media,
+                                                   const Coefficients<S>& guess, const EstimatorOptions& estimator,
+                                                   const SurfaceTrackerOptions& options);
+
+  // One image a camera, exposed together at time_ns (only differences count).
+  [[nodiscard]] const FrameResult<S>& process(std::span<const GrayView> images, std::int64_t time_ns);
+  // Forgets the surface: the next frame is searched from the guess.
+  void reset();
+
+  [[nodiscard]] const Pattern& pattern() const { return pattern_; }
+  [[nodiscard]] const SurfaceModel<S>& model() const { return estimator_.model(); }
+
+ private:
+  struct PerCamera {
+    CameraSetup<S> setup;
+    std::vector<Prediction<S>> predictions;  // one a point
+    std::vector<char> predicted;             // whether that prediction is valid
+    std::vector<std::int32_t> blur_q12;      // of each point, as last seen
+    std::vector<Observation<S>> observations;
+    std::unique_ptr<CornerDetector> detector;
+    std::unique_ptr<GridLabeller> labeller;
+  };
+
+  explicit SurfaceTracker(SurfaceEstimator<S> estimator, const Pattern& pattern);
+
+  void predict_all(PerCamera& camera, const Coefficients<S>& a);
+  void follow(PerCamera& camera, const GrayView& image);
+  [[nodiscard]] TrackStatus acquire(PerCamera& camera, const GrayView& image);
+  [[nodiscard]] TrackStatus place(PerCamera& camera, std::span<const CornerFit> corners, const CornerGrid& grid);
+  // What one placement of the detected grid on the pattern means. Fills camera.observations.
+  struct Placement {
+    int row_from_row, row_from_column, column_from_row, column_from_column;  // grid axes to pattern axes
+    int row, column;  // pattern cell of the grid's (0, 0)
+  };
+  [[nodiscard]] int assign(PerCamera& camera, std::span<const CornerFit> corners, const CornerGrid& grid,
+                           const Placement& placement, bool& bright_origin, S& displacement) const;
+  void observe(PerCamera& camera, int point, const CornerFit& fit) const;
+  [[nodiscard]] bool bright(int point) const { return pattern_.odd(point) != bright_origin_; }
+  [[nodiscard]] TrackStatus estimate(std::span<const Coefficients<S>> starts);
+  [[nodiscard]] bool drop_outliers();
+  [[nodiscard]] int count_found() const;
+
+  Pattern pattern_;
+  std::vector<Vec3<S>> points_;
+  SurfaceEstimator<S> estimator_;
+  StartHistory<S> history_;
+  Coefficients<S> guess_;
+  SurfaceTrackerOptions options_;
+  TrackOptions track_;
+  std::vector<PerCamera> cameras_;
+  std::vector<S> errors_;
+  bool bright_origin_ = false;     // the square towards +X +Y of W's origin is bright
+  bool polarity_known_ = false;
+  TrackState state_ = TrackState::kSearching;
+  FrameResult<S> result_;
+};
+
+extern template class SurfaceTracker<float>;
+extern template class SurfaceTracker<double>;
+
+}  // namespace srd::dsp
