@@ -4,11 +4,15 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <vector>
 
-#include "dsp/optics/refraction.hpp"
+#include "dsp/core/result.hpp"
+#include "dsp/estimate/damped_gauss_newton.hpp"
+#include "dsp/estimate/observation.hpp"
+#include "dsp/estimate/prepared_corner.hpp"
+#include "dsp/estimate/stop.hpp"
+#include "dsp/optics/surface_model.hpp"
 
 namespace srd::dsp {
 
@@ -17,38 +21,6 @@ enum class Metric : std::uint8_t {
   kDisparity = 1,     // mm on the bottom plane (9)
   kCollinearity = 2,  // rad, difference of normals (10)
 };
-
-// One corner whose identity is known.
-template <class S>
-struct Observation {
-  int point = 0;         // index into the bottom points
-  Vec2<S> pixel;         // raw image, px
-  Vec2<S> normalised;    // the same corner undistorted: CameraModel::undistort(pixel)
-  S sigma = 1;           // standard deviation per axis, px; weights are 1/sigma
-};
-
-// All corners of one camera in one frame.
-template <class S>
-struct CameraObservations {
-  const View<S>* view = nullptr;
-  std::span<const Observation<S>> corners;
-};
-
-// Why the iteration ended. Each is an inequality; numbers are on the wire.
-enum class Stop : std::uint8_t {
-  kGradient = 0,       // |D g|_inf <= epsg
-  kCost = 1,           // relative fall of the cost <= epsf
-  kStep = 2,           // |D^-1 delta|_2 <= epsx
-  kMaxIterations = 3,  // maxits steps taken
-  kDeadline = 4,       // the callback said stop; the best so far is returned
-  kNoProgress = 5,     // damping at its limit and no step lowers the cost: as good as the arithmetic allows
-  // Failures: no surface.
-  kTooFewCorners = 16,  // fewer than ceil(parameters / 2) corners
-  kSingular = 17,       // the corners do not determine the coefficients
-  kNonFinite = 18,      // a NaN or infinity came in or up
-  kOutOfDomain = 19,    // a ray misses the surface at every start
-};
-[[nodiscard]] constexpr bool failed(Stop stop) { return static_cast<std::uint8_t>(stop) >= 16; }
 
 struct EstimatorOptions {
   Metric metric = Metric::kReprojection;
@@ -65,9 +37,6 @@ struct EstimatorOptions {
 };
 
 template <class S>
-using InformationMatrix = Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxModes, kMaxModes>;
-
-template <class S>
 struct Estimate {
   Stop stop = Stop::kTooFewCorners;
   Coefficients<S> coefficients;        // mm
@@ -76,7 +45,9 @@ struct Estimate {
   S mean_error = 0;                    // mean |e| over corners, in the metric's unit
   S reprojection_rms = 0;              // px per axis, whatever the metric
   S cost = 0;                          // sum of squared weighted residuals
-  S variance_factor = 0;               // s2 = cost / (residuals - parameters); 1 when sigmas are right; 0 when undetermined
+  // s2: squared one-step pixel residuals in units of sigma over (residuals - parameters), whatever the metric; 1 when
+  // sigmas are right; 0 when there are no more residuals than parameters, and the covariance then takes s2 = 1.
+  S variance_factor = 0;
   int iterations = 0;
   int corners_used = 0;
   int start_used = 0;                  // which of the starts was best
@@ -100,9 +71,23 @@ class SurfaceEstimator {
   [[nodiscard]] std::span<const Vec3<S>> bottom_points() const { return points_; }
 
  private:
+  struct Problem;  // what the solver sees
+
+  SurfaceEstimator() = default;
+  [[nodiscard]] Stop prepare_corners(std::span<const CameraObservations<S>> cameras);
+  [[nodiscard]] Stop choose_start(std::span<const Coefficients<S>> starts, Problem& problem, int& chosen);
+  [[nodiscard]] Stop finish(Problem& problem, const NormalEquations& sums, Estimate<S>& out);
+
   SurfaceModel<S> model_;
   Media<S> media_;
+  Metric metric_ = Metric::kReprojection;
+  GaussNewtonOptions solver_;
   std::vector<Vec3<S>> points_;
+  std::vector<PreparedCorner<S>> corners_;  // room for max_corners
+  std::size_t n_corners_ = 0;
 };
+
+extern template class SurfaceEstimator<float>;
+extern template class SurfaceEstimator<double>;
 
 }  // namespace srd::dsp

@@ -2,40 +2,14 @@
 // Optics (6)-(8), (13), (14). The ray meets the surface once; multiple crossings of steep waves are not modelled.
 #pragma once
 
-#include <array>
 #include <cmath>
 #include <limits>
 
+#include "dsp/optics/crossing.hpp"
 #include "dsp/optics/surface_model.hpp"
 #include "dsp/optics/view.hpp"
 
 namespace srd::dsp {
-
-// A flat transparent plate that lies on the pattern (glass, acrylic).
-template <class S>
-struct Layer {
-  S thickness = 0;  // mm
-  S index = 1;
-};
-
-inline constexpr int kMaxLayers = 4;
-
-// Refractive indices along the ray: air, water, then plates from the top down.
-template <class S>
-struct Media {
-  S air = 1;
-  S water = S(1.333);
-  std::array<Layer<S>, kMaxLayers> layers{};
-  int n_layers = 0;
-
-  template <class T>
-  [[nodiscard]] Media<T> cast() const {
-    Media<T> out{static_cast<T>(air), static_cast<T>(water), {}, n_layers};
-    for (std::size_t i = 0; i < kMaxLayers; ++i)
-      out.layers[i] = {static_cast<T>(layers[i].thickness), static_cast<T>(layers[i].index)};
-    return out;
-  }
-};
 
 // One ray's way and what its bottom point depends on.
 template <class S>
@@ -96,65 +70,28 @@ template <class S>
   if (!t) return t.error();
   const Vec3<S>& d = ray.direction;
   const Vec3<S> p = ray.origin + *t * d;
-  const Vec3<S> m(-at.zx, -at.zy, 1);
-  const S m_length = m.norm();
-  const Vec3<S> n = m / m_length;
-  const S r = media.air / media.water;
-  const S ci = -d.dot(n);
-  const S root2 = 1 - r * r * (1 - ci * ci);
-  if (!(root2 > 0)) return Errc::kOutOfDomain;
-  const S root = std::sqrt(root2);
-  const S k = r * ci - root;
-  const Vec3<S> v = r * d + k * n;  // (7)
-
-  S plates = 0;
-  for (int i = 0; i < media.n_layers; ++i) plates += media.layers[static_cast<std::size_t>(i)].thickness;
-  const S s = (bottom_z + plates - p.z()) / v.z();
-  if (!(s >= 0)) return Errc::kOutOfDomain;
-  Vec2<S> b = p.template head<2>() + s * v.template head<2>();  // (8)
-  // Flat plates keep the horizontal part of index times direction.
-  const Vec2<S> horizontal = media.water * v.template head<2>();
-  Mat2<S> d_plates = Mat2<S>::Zero();  // d b / d horizontal, of all plates
-  for (int i = 0; i < media.n_layers; ++i) {
-    const Layer<S>& layer = media.layers[static_cast<std::size_t>(i)];
-    const S c2 = layer.index * layer.index - horizontal.squaredNorm();
-    if (!(c2 > 0)) return Errc::kOutOfDomain;
-    const S c = std::sqrt(c2);
-    b += (layer.thickness / c) * horizontal;
-    if (derivatives)
-      d_plates += (layer.thickness / c) *
-                  (Mat2<S>::Identity() + horizontal * horizontal.transpose() / c2);
-  }
+  Crossing<S> crossing;
+  if (!cross(d, at.zx, at.zy, p.z() - bottom_z, media, derivatives, crossing)) return Errc::kOutOfDomain;
   out.surface_point = p;
-  out.normal = n;
-  out.water_direction = v;
-  out.bottom = b;
+  out.normal = crossing.normal;
+  out.water_direction = crossing.water_direction;
+  out.bottom = p.template head<2>() + crossing.offset;
   out.distance = *t;
   if (!derivatives) return {};
 
-  // db/dp = [I, -v_xy/v_z], and db/dv = s [I, -v_xy/v_z] plus the plates' part.
-  const Vec2<S> lean = v.template head<2>() / v.z();
   Mat23<S> db_dp;
-  db_dp << 1, 0, -lean.x(), 0, 1, -lean.y();
-  Mat23<S> db_dv = s * db_dp;
-  db_dv.template leftCols<2>() += media.water * d_plates;
-  // v = r d + k n with k(ci): dv = (k I - n (dk/dci) d') dn at fixed d.
-  const S dk = r - r * r * ci / root;
-  const Mat3<S> dv_dn = k * Mat3<S>::Identity() - dk * (n * d.transpose());
-  // n = m/|m|, m = (-eta_x, -eta_y, 1).
-  Eigen::Matrix<S, 3, 2> dn_dslope;
-  dn_dslope << -1, 0, 0, -1, 0, 0;
-  dn_dslope = ((dn_dslope - n * (n.transpose() * dn_dslope)) / m_length).eval();
-  out.d_slope = db_dv * (dv_dn * dn_dslope);
+  db_dp << Mat2<S>::Identity(), crossing.by_height;
+  out.d_slope = crossing.by_slope;
   // A raised surface moves p by d/h along the ray (13), and with it the slopes by their curvature (14).
   const S h = d.z() - at.zx * d.x() - at.zy * d.y();
   Mat2<S> curvature;
   curvature << at.zxx, at.zxy, at.zxy, at.zyy;
   out.d_height = (db_dp * d + out.d_slope * (curvature * d.template head<2>())) / h;
   // A turned ray: dp = t dd + d dt with m'dp = 0, dt = -t m'dd/h; slopes follow by the curvature.
+  const Vec3<S> m(-at.zx, -at.zy, 1);
   const Mat3<S> dp_dd = *t * (Mat3<S>::Identity() - d * m.transpose() / h);
-  const Mat3<S> dv_dd = r * Mat3<S>::Identity() - dk * (n * n.transpose());
-  out.d_direction = db_dp * dp_dd + db_dv * dv_dd + out.d_slope * (curvature * dp_dd.template topRows<2>());
+  out.d_direction =
+      db_dp * dp_dd + crossing.by_direction + out.d_slope * (curvature * dp_dd.template topRows<2>());
   return {};
 }
 

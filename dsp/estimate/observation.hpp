@@ -1,0 +1,27 @@
+// What an estimate is made from: corners with identities, seen by calibrated cameras.
+#pragma once
+
+#include <span>
+
+#include "dsp/core/linear_algebra.hpp"
+#include "dsp/optics/view.hpp"
+
+namespace srd::dsp {
+
+// One corner whose identity is known.
+template <class S>
+struct Observation {
+  int point = 0;         // index into the bottom points
+  Vec2<S> pixel;         // raw image, px
+  Vec2<S> normalised;    // the same corner undistorted: CameraModel::undistort(pixel)
+  S sigma = 1;           // standard deviation per axis, px; weights are 1/sigma
+};
+
+// All corners of one camera in one frame.
+template <class S>
+struct CameraObservations {
+  const View<S>* view = nullptr;
+  std::span<const Observation<S>> corners;
+};
+
+}  // namespace srd::dsp

@@ -1,0 +1,112 @@
+// What happens below one point of the surface: refraction, the water and the floor plates down to the pattern, as an
+// offset from the point's foot, so that no digits are lost to the camera's distance. Optics (7), (8).
+#pragma once
+
+#include <array>
+#include <cmath>
+
+#include "dsp/core/linear_algebra.hpp"
+
+namespace srd::dsp {
+
+// A flat transparent plate that lies on the pattern (glass, acrylic).
+template <class S>
+struct Layer {
+  S thickness = 0;  // mm
+  S index = 1;
+};
+
+inline constexpr int kMaxLayers = 4;
+
+// Refractive indices along the ray: air, water, then plates from the top down.
+template <class S>
+struct Media {
+  S air = 1;
+  S water = S(1.333);
+  std::array<Layer<S>, kMaxLayers> layers{};
+  int n_layers = 0;
+
+  template <class T>
+  [[nodiscard]] Media<T> cast() const {
+    Media<T> out{static_cast<T>(air), static_cast<T>(water), {}, n_layers};
+    for (std::size_t i = 0; i < kMaxLayers; ++i)
+      out.layers[i] = {static_cast<T>(layers[i].thickness), static_cast<T>(layers[i].index)};
+    return out;
+  }
+
+  // All plates together, mm.
+  [[nodiscard]] S plates() const {
+    S sum = 0;
+    for (int i = 0; i < n_layers; ++i) sum += layers[static_cast<std::size_t>(i)].thickness;
+    return sum;
+  }
+};
+
+template <class S>
+struct Crossing {
+  Vec3<S> normal;           // n, unit, up
+  Vec3<S> water_direction;  // v, unit
+  Vec2<S> offset;           // b - (p_x, p_y), mm
+  // Partial derivatives of the offset; the direction counts as three free numbers.
+  Vec2<S> by_height;     // by p_z
+  Mat2<S> by_slope;      // by (eta_x, eta_y), mm
+  Mat23<S> by_direction;  // by d, mm
+};
+
+// d: unit direction of the ray in air; zx, zy: slopes at p; height: p_z above the bottom point's plane, mm.
+// False: the ray comes from below, is totally reflected, or p lies in or under the plates.
+template <class S>
+[[nodiscard]] bool cross(const Vec3<S>& d, S zx, S zy, S height, const Media<S>& media, bool derivatives,
+                         Crossing<S>& out) {
+  const S water_depth = height - media.plates();
+  const S per_m = 1 / std::sqrt(1 + zx * zx + zy * zy);
+  const Vec3<S> n(-zx * per_m, -zy * per_m, per_m);
+  const S r = media.air / media.water;
+  const S ci = -d.dot(n);
+  const S root2 = 1 - r * r * (1 - ci * ci);
+  if (!(ci > 0) || !(root2 > 0) || !(water_depth >= 0)) return false;
+  const S root = std::sqrt(root2);
+  const S k = r * ci - root;
+  const Vec3<S> v = r * d + k * n;  // (7)
+  if (!(v.z() < 0)) return false;
+  const S per_vz = 1 / v.z();
+  const S s = -water_depth * per_vz;
+  const Vec2<S> lean = v.template head<2>() * per_vz;
+  out.normal = n;
+  out.water_direction = v;
+  out.offset = -water_depth * lean;  // (8)
+
+  // d offset / d v; the first two columns hold the plates' part too.
+  Mat2<S> by_v_xy = s * Mat2<S>::Identity();
+  // Flat plates keep the horizontal part of index times direction.
+  const Vec2<S> horizontal = media.water * v.template head<2>();
+  for (int i = 0; i < media.n_layers; ++i) {
+    const Layer<S>& layer = media.layers[static_cast<std::size_t>(i)];
+    const S c2 = layer.index * layer.index - horizontal.squaredNorm();
+    if (!(c2 > 0)) return false;
+    const S slowness = layer.thickness / std::sqrt(c2);
+    out.offset += slowness * horizontal;
+    if (derivatives)
+      by_v_xy += media.water * slowness * (Mat2<S>::Identity() + horizontal * horizontal.transpose() / c2);
+  }
+  if (!derivatives) return true;
+
+  const Vec2<S> by_v_z = -s * lean;
+  out.by_height = -lean;
+  // k depends on ci alone: dv = k dn - dk n (d'dn) at fixed d, and dv = r dd - dk n (n'dd) at fixed n.
+  const S dk = r - r * r * ci / root;
+  const Vec2<S> by_n = by_v_xy * n.template head<2>() + by_v_z * n.z();
+  // n = m/|m|, m = (-eta_x, -eta_y, 1): dn = -(e - n n_e)/|m| for a change of the slope along e.
+  for (int axis = 0; axis < 2; ++axis) {
+    Vec3<S> dn = (n[axis] * per_m) * n;
+    dn[axis] -= per_m;
+    out.by_slope.col(axis) =
+        k * (by_v_xy * dn.template head<2>() + by_v_z * dn.z()) - (dk * d.dot(dn)) * by_n;
+  }
+  out.by_direction.template leftCols<2>() = r * by_v_xy;
+  out.by_direction.col(2) = r * by_v_z;
+  out.by_direction -= by_n * (dk * n).transpose();
+  return true;
+}
+
+}  // namespace srd::dsp
