@@ -1,0 +1,175 @@
+#include "firmware/config/instrument.hpp"
+
+#include <sstream>
+
+#include "drivers/camera/recording_camera.hpp"
+#include "drivers/camera/simulator_camera.hpp"
+#include "drivers/recording/rig.hpp"
+#include "dsp/optics/water_index.hpp"
+
+namespace srd::firmware {
+
+namespace {
+
+constexpr std::string_view kRecordingPrefix = "recording:";
+
+std::string config_where(const NodeConfig& config) { return config.file.string(); }
+
+// What the camera itself knows of where it is and what it looks at.
+struct Rig {
+  std::optional<Calibration> calibration;
+  std::optional<dsp::Pose<double>> pose;
+  std::optional<Points> points;
+};
+
+Outcome<std::filesystem::path> resolve(const NodeConfig& config, const std::string& path, const char* key) {
+  if (!path.starts_with(kRecordingPrefix)) return config.file.parent_path() / path;
+  if (config.camera->kind != "recording")
+    return Problem{Exit::kUsage, std::string("geometry.") + key + " is relative to a recording", config_where(config),
+                   "a camera of kind recording", config.camera->kind, "give a path relative to this file"};
+  return std::filesystem::path(config.camera->argument) / path.substr(kRecordingPrefix.size());
+}
+
+// A file that the configuration names, else the recording's own of the usual name when it is there.
+Outcome<std::optional<std::filesystem::path>> find_file(const NodeConfig& config, const std::string& path,
+                                                        const char* key, const char* usual) {
+  if (!path.empty()) {
+    auto resolved = resolve(config, path, key);
+    if (!resolved) return resolved.error();
+    return std::optional(*resolved);
+  }
+  if (config.camera->kind == "recording") {
+    std::filesystem::path own = std::filesystem::path(config.camera->argument) / usual;
+    std::error_code error;
+    if (std::filesystem::exists(own, error)) return std::optional(std::move(own));
+  }
+  return std::optional<std::filesystem::path>();
+}
+
+Problem missing(const NodeConfig& config, const char* key, const char* usual) {
+  return {Exit::kUsage, std::string("no ") + key, config_where(config),
+          std::string("geometry.") + key + ", or " + usual + " in the recording's folder", "neither", ""};
+}
+
+Points grid_points(const PatternGrid& grid) {
+  Points points;
+  for (int row = 0; row < grid.rows; ++row)
+    for (int column = 0; column < grid.columns; ++column)
+      points.emplace_back(grid.x0_mm + row * grid.square_mm, grid.y0_mm + column * grid.square_mm, 0);
+  return points;
+}
+
+Outcome<Rig> read_rig(const NodeConfig& config, Rig rig) {
+  auto calibration = find_file(config, config.calibration, "calibration", "calibration.yml");
+  if (!calibration) return calibration.error();
+  if (*calibration) {
+    auto read = read_calibration(**calibration);
+    if (!read) return read.error();
+    rig.calibration = *read;
+  }
+  auto pose = find_file(config, config.pose, "pose", "pose.yml");
+  if (!pose) return pose.error();
+  if (*pose) {
+    auto read = read_pose(**pose);
+    if (!read) return read.error();
+    rig.pose = *read;
+  }
+  if (config.pattern) {
+    rig.points = grid_points(*config.pattern);
+  } else {
+    auto points = find_file(config, config.points, "points", "points.txt");
+    if (!points) return points.error();
+    if (*points) {
+      auto read = read_points(**points);
+      if (!read) return read.error();
+      rig.points = *read;
+    }
+  }
+  if (!rig.calibration) return missing(config, "calibration", "calibration.yml");
+  if (!rig.pose) return missing(config, "pose", "pose.yml");
+  if (!rig.points) return missing(config, "points", "points.txt, or a [pattern] grid");
+  return rig;
+}
+
+}  // namespace
+
+Outcome<Instrument> make_instrument(const NodeConfig& config) {
+  if (!config.camera)
+    return Problem{Exit::kUsage, "no camera", config_where(config), "camera.source, or --camera KIND:ARG", "neither", ""};
+  Instrument instrument;
+  Rig rig;
+  double index = config.refractive_index.value_or(dsp::water_index(20, 0, 589));
+  double lx = config.lx_mm.value_or(0), ly = config.ly_mm.value_or(0);
+  if (config.camera->kind == "simulator") {
+    Scene scene = default_scene();
+    if (config.scene) {
+      auto read = read_scene(*config.scene);
+      if (!read) return read.error();
+      scene = *read;
+    }
+    if (!config.camera->argument.empty()) scene.seed = std::stoull(config.camera->argument);
+    rig = {scene.calibration, scene.pose, scene.points()};
+    if (!config.refractive_index) index = scene.media.water;
+    if (!config.lx_mm) lx = scene.surface.lx;
+    if (!config.ly_mm) ly = scene.surface.ly;
+    instrument.camera = std::make_unique<SimulatorCamera>(scene, config.pace);
+  } else {
+    instrument.camera = std::make_unique<RecordingCamera>(config.camera->argument, config.pace, config.frame_rate_hz);
+  }
+  auto read = read_rig(config, rig);
+  if (!read) return read.error();
+  rig = std::move(read).value();
+  for (const auto& [length, key] : {std::pair{lx, "lx_mm"}, std::pair{ly, "ly_mm"}})
+    if (!(length > 0))
+      return Problem{Exit::kUsage, std::string("key 'surface.") + key + "' is missing", config_where(config),
+                     "the length scale of the modes, mm", "", ""};
+
+  const auto pattern = dsp::Pattern::make(*rig.points, config.first_square);
+  if (!pattern)
+    return Problem{Exit::kInput, "the points are no checkerboard", config_where(config),
+                   "corners on a square grid along X and Y, to 5 % of a square", "other points", "check the file of points"};
+  dsp::SurfaceModel<float> model{config.modes, static_cast<float>(lx), static_cast<float>(ly),
+                                 static_cast<float>(config.x0_mm), static_cast<float>(config.y0_mm)};
+  dsp::Media<float> media;
+  media.water = static_cast<float>(index);
+  for (const dsp::Layer<double>& plate : config.plates)
+    media.layers[static_cast<std::size_t>(media.n_layers++)] = {static_cast<float>(plate.thickness),
+                                                                static_cast<float>(plate.index)};
+  dsp::Coefficients<float> guess(config.modes.size());
+  for (int i = 0; i < config.modes.size(); ++i) guess[i] = static_cast<float>(config.guess[static_cast<std::size_t>(i)]);
+  dsp::CameraSetup<float> setup;
+  setup.view = dsp::View<double>{rig.calibration->camera, *rig.pose}.cast<float>();
+  setup.width = rig.calibration->image_width;
+  setup.height = rig.calibration->image_height;
+  setup.region = config.region;
+  if (setup.width <= 0 || setup.height <= 0)
+    return Problem{Exit::kInput, "the calibration does not say the image's size", config_where(config),
+                   "image_width and image_height", "none", "add them to the calibration file"};
+  if (setup.region.u1 > setup.width || setup.region.v1 > setup.height)
+    return Problem{Exit::kUsage, "key 'detector.region_px'", config_where(config),
+                   "a region inside the image of " + std::to_string(setup.width) + " x " + std::to_string(setup.height),
+                   std::to_string(setup.region.u1) + ", " + std::to_string(setup.region.v1), ""};
+  auto tracker = dsp::SurfaceTracker<float>::make(std::span(&setup, 1), *pattern, model, media, guess,
+                                                  config.estimator, config.tracker);
+  if (!tracker)
+    return Problem{Exit::kUsage, "the surface cannot be fitted with these settings", config_where(config),
+                   "bounds and scales that fit the modes", to_string(tracker.error()), ""};
+  instrument.tracker = std::make_unique<dsp::SurfaceTracker<float>>(std::move(tracker).value());
+  instrument.refractive_index = index;
+  instrument.width = setup.width;
+  instrument.height = setup.height;
+
+  std::ostringstream text;
+  text << "node      " << config.node_id << (config.host.empty() ? ", sends nothing" : ", sends to " + config.host) << "\n"
+       << "camera    " << config.camera->kind << ":" << config.camera->argument << ", " << setup.width << " x "
+       << setup.height << "\n"
+       << "pattern   " << pattern->size() << " corners, squares of " << pattern->square() << " mm\n"
+       << "water     index " << index << ", " << config.plates.size() << " floor plates\n"
+       << "surface   " << config.modes.size() << " modes:";
+  for (const dsp::Mode& mode : config.modes) text << " " << mode.name().data();
+  text << ", Lx " << lx << " mm, Ly " << ly << " mm\n";
+  instrument.summary = text.str();
+  return instrument;
+}
+
+}  // namespace srd::firmware

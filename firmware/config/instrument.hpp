@@ -1,0 +1,23 @@
+// A configuration brought to life: the camera, and the tracker of the surface that it sees.
+#pragma once
+
+#include <memory>
+
+#include "firmware/config/node_config.hpp"
+
+namespace srd::firmware {
+
+struct Instrument {
+  std::unique_ptr<Camera> camera;  // not started
+  std::unique_ptr<dsp::SurfaceTracker<float>> tracker;
+  double refractive_index = 1;
+  int width = 0, height = 0;  // px, of the calibration
+  // Lines for a person: what was read from where.
+  std::string summary;
+};
+
+// Reads every file that the configuration names; kUsage for what the configuration gets wrong, kInput for files that
+// cannot be used, kDevice for a camera that is not there. deadline as in EstimatorOptions.
+[[nodiscard]] Outcome<Instrument> make_instrument(const NodeConfig& config);
+
+}  // namespace srd::firmware

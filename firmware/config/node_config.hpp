@@ -1,0 +1,70 @@
+// The configuration of one node: a commented TOML file, checked as a whole before anything starts.
+// board/ holds one profile a board; board/README.md lists every key.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "drivers/camera/camera.hpp"
+#include "drivers/support/problem.hpp"
+#include "dsp/pipeline/surface_tracker.hpp"
+
+namespace srd {
+class TomlFile;
+}
+
+namespace srd::firmware {
+
+// Where frames come from: "KIND" or "KIND:ARGUMENT".
+struct CameraSource {
+  std::string kind;
+  std::string argument;
+  [[nodiscard]] static Outcome<CameraSource> parse(const std::string& text);
+};
+
+// A regular grid of corners given in the configuration instead of a file of points. mm, W.
+struct PatternGrid {
+  int rows = 0, columns = 0;  // along X, along Y
+  double square_mm = 0, x0_mm = 0, y0_mm = 0;
+};
+
+struct NodeConfig {
+  std::filesystem::path file;
+
+  std::string node_id = "node-1";  // at most 31 characters
+  std::string host;                // ADDR:PORT; empty: nothing is sent
+  std::size_t ring_frames = 10000;
+
+  std::optional<CameraSource> camera;
+  Pace pace = Pace::kCamera;
+  double frame_rate_hz = 50;       // of a recording without frames.csv
+  std::optional<std::filesystem::path> scene;  // of the simulator; none: the built-in flume
+
+  // Empty: what the camera brings along (a recording's folder, the simulator's scene).
+  // "recording:PATH" is relative to the recording's folder, other paths to the configuration's.
+  std::string calibration, pose, points;
+  std::optional<PatternGrid> pattern;
+  dsp::FirstSquare first_square = dsp::FirstSquare::kDark;
+
+  std::optional<double> refractive_index;  // empty: the simulator's own, else 20 C fresh water at 589 nm
+  std::vector<dsp::Layer<double>> plates;
+
+  dsp::ModeList modes;
+  std::optional<double> lx_mm, ly_mm;  // empty: the simulator's own
+  double x0_mm = 0, y0_mm = 0;
+  std::vector<double> guess;           // one a mode
+  dsp::EstimatorOptions estimator;
+  dsp::SurfaceTrackerOptions tracker;
+  Region region;
+
+  // All problems of the file in one Problem.
+  [[nodiscard]] static Outcome<NodeConfig> load(const std::filesystem::path& file);
+  [[nodiscard]] static Outcome<NodeConfig> parse(std::string_view text, const std::filesystem::path& file);
+
+ private:
+  [[nodiscard]] static Outcome<NodeConfig> read(const TomlFile& toml, const std::filesystem::path& file);
+};
+
+}  // namespace srd::firmware

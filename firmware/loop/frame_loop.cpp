@@ -1,0 +1,218 @@
+#include "firmware/loop/frame_loop.hpp"
+
+#include <chrono>
+#include <ctime>
+#include <thread>
+
+namespace srd::firmware {
+
+namespace {
+
+constexpr std::size_t kRingFrames = 64;  // more than any camera has buffers
+constexpr auto kCaptureTimeout = std::chrono::milliseconds(100);
+constexpr auto kWaitForRoom = std::chrono::milliseconds(1);
+
+std::int64_t clock_ns(clockid_t clock) {
+  timespec t{};
+  clock_gettime(clock, &t);
+  return static_cast<std::int64_t>(t.tv_sec) * 1'000'000'000 + t.tv_nsec;
+}
+
+// The wall clock's reading at a sensor time, 0 for clocks that have no relation to it.
+void set_wall_time(proto::Stamp& stamp) {
+  clockid_t clock = CLOCK_REALTIME;
+  switch (stamp.clock) {
+    case ClockId::kMonotonic: clock = CLOCK_MONOTONIC; break;
+    case ClockId::kBoottime: clock = CLOCK_BOOTTIME; break;
+    case ClockId::kRealtime: break;
+    default:
+      stamp.wall_time_ns = 0;
+      stamp.wall_uncertainty_ns = 0;
+      return;
+  }
+  // The two readings are not at one instant: half the time between them is the uncertainty.
+  const std::int64_t before = clock_ns(CLOCK_REALTIME);
+  const std::int64_t sensor = clock_ns(clock);
+  const std::int64_t after = clock_ns(CLOCK_REALTIME);
+  stamp.wall_time_ns = stamp.sensor_time_ns + (before + (after - before) / 2 - sensor);
+  stamp.wall_uncertainty_ns = static_cast<std::uint64_t>(after > before ? (after - before) / 2 + 1 : 1);
+}
+
+proto::FrameStatus status_of(const dsp::FrameResult<float>& result) {
+  using dsp::TrackStatus;
+  using proto::FrameStatus;
+  switch (result.status) {
+    case TrackStatus::kOk:
+      return result.estimate.stop == dsp::Stop::kMaxIterations || result.estimate.stop == dsp::Stop::kDeadline
+                 ? FrameStatus::kNotConverged
+                 : FrameStatus::kOk;
+    case TrackStatus::kNoPattern:
+      return result.state == dsp::TrackState::kLost ? FrameStatus::kLost : FrameStatus::kSearching;
+    case TrackStatus::kTooFewCorners: return FrameStatus::kTooFewCorners;
+    case TrackStatus::kAmbiguous: return FrameStatus::kAmbiguous;
+    case TrackStatus::kPoorFit: return FrameStatus::kPoorFit;
+    case TrackStatus::kSolverFailed: return FrameStatus::kFailed;
+    case TrackStatus::kBadImage: return FrameStatus::kBadFrame;
+  }
+  return FrameStatus::kFailed;
+}
+
+proto::NodeState state_of(dsp::TrackState state) {
+  switch (state) {
+    case dsp::TrackState::kSearching: return proto::NodeState::kSearching;
+    case dsp::TrackState::kTracking: return proto::NodeState::kTracking;
+    case dsp::TrackState::kLost: return proto::NodeState::kLost;
+  }
+  return proto::NodeState::kSearching;
+}
+
+void count(std::atomic<std::uint64_t>& counter, std::uint64_t more = 1) {
+  counter.fetch_add(more, std::memory_order_relaxed);
+}
+
+}  // namespace
+
+FrameLoop::FrameLoop(Camera& camera, dsp::SurfaceTracker<float>& tracker, const FrameLoopOptions& options,
+                     TakeRecord take)
+    : camera_(camera), tracker_(tracker), options_(options), take_(std::move(take)), ring_(kRingFrames) {
+  record_.model = tracker.model();
+  record_.refractive_index = static_cast<float>(options.refractive_index);
+  const dsp::Vec2<double> centre = tracker.pattern().centre();
+  record_.centre_x_mm = static_cast<float>(centre.x());
+  record_.centre_y_mm = static_cast<float>(centre.y());
+  counters_.state = static_cast<std::uint8_t>(proto::NodeState::kStarting);
+}
+
+void FrameLoop::capture() {
+  CameraFrame frame;
+  bool connected = true;
+  std::uint64_t taken = 0;
+  while (!stopping_.load(std::memory_order_relaxed) && (options_.frames == 0 || taken < options_.frames)) {
+    switch (camera_.next(frame, kCaptureTimeout)) {
+      case Capture::kFrame:
+        connected = true;
+        ++taken;
+        hand_over(frame, true);
+        break;
+      case Capture::kBadFrame:
+        ++taken;
+        hand_over(frame, false);
+        break;
+      case Capture::kTimeout: break;
+      case Capture::kDisconnected:
+        if (connected) count(counters_.disconnects);
+        connected = false;
+        break;
+      case Capture::kEnd: stopping_.store(true, std::memory_order_relaxed); break;
+    }
+  }
+  captured_all_.store(true, std::memory_order_release);
+  handed_over_.fetch_add(1, std::memory_order_release);
+  handed_over_.notify_one();
+}
+
+void FrameLoop::hand_over(const CameraFrame& frame, bool usable) {
+  count(counters_.captured);
+  // The ring holds more frames than the camera has buffers, so only bad frames, which have none, can find it full.
+  Captured* slot = ring_.back();
+  while (slot == nullptr) {
+    std::this_thread::sleep_for(kWaitForRoom);
+    slot = ring_.back();
+  }
+  *slot = {frame, usable};
+  ring_.push();
+  handed_over_.fetch_add(1, std::memory_order_release);
+  handed_over_.notify_one();
+}
+
+void FrameLoop::process() {
+  for (;;) {
+    const std::uint32_t seen = handed_over_.load(std::memory_order_acquire);
+    Captured* captured = ring_.front();
+    if (captured == nullptr) {
+      if (captured_all_.load(std::memory_order_acquire) && ring_.front() == nullptr) return;
+      handed_over_.wait(seen, std::memory_order_acquire);
+      continue;
+    }
+    const Captured taken = *captured;
+    ring_.pop();
+    if (camera_.live() && taken.usable && ring_.front() != nullptr) {
+      // A newer frame waits: the older one is late already.
+      camera_.give_back(taken.frame);
+      count(counters_.dropped_late);
+      ++dropped_before_;
+      continue;
+    }
+    make_record(taken);
+    deliver();
+  }
+}
+
+void FrameLoop::make_record(const Captured& captured) {
+  const CameraFrame& frame = captured.frame;
+  const auto begin = std::chrono::steady_clock::now();
+  if (any_sequence_ && frame.sequence > next_sequence_) {
+    const std::uint64_t gap = frame.sequence - next_sequence_;
+    count(counters_.dropped_by_source, gap);
+    dropped_before_ += static_cast<std::uint32_t>(std::min<std::uint64_t>(gap, UINT32_MAX / 2));
+  }
+  any_sequence_ = true;
+  next_sequence_ = frame.sequence + 1;
+
+  record_.stamp.sensor_time_ns = frame.time_ns;
+  record_.stamp.clock = frame.clock;
+  set_wall_time(record_.stamp);
+  record_.exposure_us = frame.exposure_us;
+  record_.strobe = frame.strobe;
+  record_.source_sequence = frame.sequence;
+  record_.dropped_before = dropped_before_;
+  record_.coefficients.resize(0);
+  record_.information = {};
+  record_.mean_error = record_.reprojection_rms_px = 0;
+  record_.stop = dsp::Stop::kTooFewCorners;
+  record_.at_bound = false;
+  record_.iterations = record_.corners_expected = record_.corners_found = record_.corners_used = 0;
+  if (!captured.usable) {
+    record_.status = proto::FrameStatus::kBadFrame;
+    count(counters_.bad);
+  } else {
+    const dsp::FrameResult<float>& result = tracker_.process(std::span(&frame.image, 1), frame.time_ns);
+    camera_.give_back(frame);
+    record_.status = status_of(result);
+    record_.corners_expected = static_cast<std::uint32_t>(result.expected);
+    record_.corners_found = static_cast<std::uint32_t>(result.found);
+    const auto before = static_cast<proto::NodeState>(counters_.state.load(std::memory_order_relaxed));
+    const proto::NodeState now = state_of(result.state);
+    if (before == proto::NodeState::kTracking && now != proto::NodeState::kTracking) count(counters_.lost_tracks);
+    counters_.state.store(static_cast<std::uint8_t>(now), std::memory_order_relaxed);
+    if (result.acquired) count(counters_.acquired);
+    if (result.has_surface()) {
+      const dsp::Estimate<float>& estimate = result.estimate;
+      record_.coefficients = estimate.coefficients;
+      if (!proto::quantise(estimate.information, record_.information)) record_.information = {};
+      record_.mean_error = estimate.mean_error;
+      record_.reprojection_rms_px = estimate.reprojection_rms;
+      record_.stop = estimate.stop;
+      record_.at_bound = estimate.at_bound;
+      record_.iterations = static_cast<std::uint32_t>(estimate.iterations);
+      record_.corners_used = static_cast<std::uint32_t>(estimate.corners_used);
+      count(counters_.surfaces);
+    }
+  }
+  record_.total_us = static_cast<std::uint32_t>(
+      std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now() - begin).count());
+}
+
+void FrameLoop::deliver() {
+  count(counters_.records);
+  while (!take_(record_)) {
+    if (camera_.live()) {  // the transmitting side is overrun: the record is lost, and the next one says so
+      ++dropped_before_;
+      return;
+    }
+    std::this_thread::sleep_for(kWaitForRoom);
+  }
+  dropped_before_ = 0;
+}
+
+}  // namespace srd::firmware

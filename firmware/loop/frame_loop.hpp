@@ -1,0 +1,80 @@
+// The frame's way on the board: capture -> process -> record, in two threads with a ring between them.
+// After the threads run: no heap, no exception, no lock but the camera's own.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+
+#include "drivers/camera/camera.hpp"
+#include "dsp/core/spsc_ring.hpp"
+#include "dsp/pipeline/surface_tracker.hpp"
+#include "proto/messages.hpp"
+
+namespace srd::firmware {
+
+// Written by the loop's threads, read by any.
+struct FrameCounters {
+  std::atomic<std::uint64_t> captured{0};           // frames that the camera gave, bad ones too
+  std::atomic<std::uint64_t> records{0};
+  std::atomic<std::uint64_t> surfaces{0};           // records with a surface
+  std::atomic<std::uint64_t> acquired{0};           // found by full detection
+  std::atomic<std::uint64_t> lost_tracks{0};        // tracked in one frame and not in the next
+  std::atomic<std::uint64_t> dropped_by_source{0};  // gaps in the camera's numbers
+  std::atomic<std::uint64_t> dropped_late{0};       // live frames that a newer one overtook
+  std::atomic<std::uint64_t> bad{0};                // frames without a usable image
+  std::atomic<std::uint64_t> disconnects{0};
+  std::atomic<std::uint8_t> state{0};               // proto::NodeState
+};
+
+// Where records go. Called from the processing thread; false: no room now (a source that waits tries again).
+using TakeRecord = std::function<bool(const proto::CoefficientFrame&)>;
+
+struct FrameLoopOptions {
+  std::uint64_t frames = 0;  // end after so many records; 0: at the camera's end
+  double refractive_index = 1;
+};
+
+class FrameLoop {
+ public:
+  // camera is started; both outlive the loop.
+  FrameLoop(Camera& camera, dsp::SurfaceTracker<float>& tracker, const FrameLoopOptions& options, TakeRecord take);
+
+  // The capturing thread's whole life: returns at the camera's end, after the wanted frames, or when stopped.
+  void capture();
+  // The processing thread's whole life: returns when capture is over and every frame has its record.
+  void process();
+  // From any thread or a signal handler.
+  void stop() { stopping_.store(true, std::memory_order_relaxed); }
+
+  [[nodiscard]] const FrameCounters& counters() const { return counters_; }
+  [[nodiscard]] bool capturing() const { return !captured_all_.load(std::memory_order_acquire); }
+
+ private:
+  struct Captured {
+    CameraFrame frame;
+    bool usable = false;
+  };
+  void hand_over(const CameraFrame& frame, bool usable);
+  void make_record(const Captured& captured);
+  void deliver();
+
+  Camera& camera_;
+  dsp::SurfaceTracker<float>& tracker_;
+  FrameLoopOptions options_;
+  TakeRecord take_;
+  SpscRing<Captured> ring_;
+  FrameCounters counters_;
+  std::atomic<bool> stopping_{false};
+  std::atomic<bool> captured_all_{false};
+  // Waking the processing thread: a count that it waits on (futex), no lock.
+  std::atomic<std::uint32_t> handed_over_{0};
+
+  // Of the processing thread.
+  proto::CoefficientFrame record_;
+  std::uint32_t dropped_before_ = 0;
+  std::uint64_t next_sequence_ = 0;
+  bool any_sequence_ = false;
+};
+
+}  // namespace srd::firmware
