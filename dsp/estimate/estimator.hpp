@@ -9,6 +9,7 @@
 
 #include "dsp/core/result.hpp"
 #include "dsp/estimate/damped_gauss_newton.hpp"
+#include "dsp/estimate/metric.hpp"
 #include "dsp/estimate/observation.hpp"
 #include "dsp/estimate/prepared_corner.hpp"
 #include "dsp/estimate/stop.hpp"
@@ -16,11 +17,8 @@
 
 namespace srd::dsp {
 
-enum class Metric : std::uint8_t {
-  kReprojection = 0,  // px, raw image (11)
-  kDisparity = 1,     // mm on the bottom plane (9)
-  kCollinearity = 2,  // rad, difference of normals (10)
-};
+template <class S>
+class CornerProblem;
 
 struct EstimatorOptions {
   Metric metric = Metric::kReprojection;
@@ -71,12 +69,10 @@ class SurfaceEstimator {
   [[nodiscard]] std::span<const Vec3<S>> bottom_points() const { return points_; }
 
  private:
-  struct Problem;  // what the solver sees
-
   SurfaceEstimator() = default;
   [[nodiscard]] Stop prepare_corners(std::span<const CameraObservations<S>> cameras);
-  [[nodiscard]] Stop choose_start(std::span<const Coefficients<S>> starts, Problem& problem, int& chosen);
-  [[nodiscard]] Stop finish(Problem& problem, const NormalEquations& sums, Estimate<S>& out);
+  [[nodiscard]] Stop choose_start(std::span<const Coefficients<S>> starts, CornerProblem<S>& problem, int& chosen);
+  [[nodiscard]] Stop finish(CornerProblem<S>& problem, const NormalEquations& sums, Estimate<S>& out);
 
   SurfaceModel<S> model_;
   Media<S> media_;

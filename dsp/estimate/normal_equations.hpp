@@ -14,6 +14,8 @@ struct NormalEquations {
   Eigen::Matrix<double, kMaxModes, 1> jte;
   double cost = 0;        // sum of |We|^2
   double cost_noise = 0;  // how much of it may be rounding
+  double error = 0;       // sum of |e|
+  double squares = 0;     // sum of |e|^2
   int n = 0;
 
   void reset(int parameters) {
@@ -22,6 +24,8 @@ struct NormalEquations {
     jte.head(n).setZero();
     cost = 0;
     cost_noise = 0;
+    error = 0;
+    squares = 0;
   }
 
   // Adds one corner's two rows, de/da_j = by_height phi_j + by_slope grad phi_j.
@@ -45,6 +49,9 @@ struct NormalEquations {
       jte[i] += r0 * e0 + r1 * e1;
     }
     cost += e0 * e0 + e1 * e1;
+    const double square = static_cast<double>(residual.e.squaredNorm());
+    error += std::sqrt(square);
+    squares += square;
   }
 
   [[nodiscard]] bool finite() const {

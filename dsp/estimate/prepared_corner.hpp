@@ -44,12 +44,20 @@ struct Optics {
   }
 };
 
+// refine: unless null, the camera with which the undistorted corner gets one more Newton step in double.
 // False: the ray runs level or upward, or F lies behind the camera.
 template <class S>
 [[nodiscard]] bool prepare(const Observation<S>& seen, const Vec3<S>& point, const View<S>& view,
-                           const Vec3<double>& centre, const Mat3<double>& rotation, PreparedCorner<S>& out) {
+                           const Vec3<double>& centre, const Mat3<double>& rotation,
+                           const CameraModel<double>* refine, PreparedCorner<S>& out) {
   const Vec3<double> f = point.template cast<double>();
-  const Vec2<double> xy = seen.normalised.template cast<double>();
+  Vec2<double> xy = seen.normalised.template cast<double>();
+  if (refine != nullptr) {
+    Mat2<double> pixel_xy, xy_pixel;
+    const Vec2<double> e = refine->pixel(xy, &pixel_xy) - seen.pixel.template cast<double>();
+    if (!invert(pixel_xy, xy_pixel)) return false;
+    xy -= xy_pixel * e;
+  }
   const Vec3<double> d = (rotation.transpose() * Vec3<double>(xy.x(), xy.y(), 1)).normalized();
   if (!(d.z() < 0)) return false;
   const Vec3<double> camera_from_point = centre - f;
@@ -59,7 +67,7 @@ template <class S>
   if (!(distance > 0)) return false;
   out.point = point;
   out.pixel = seen.pixel;
-  out.normalised = seen.normalised;
+  out.normalised = xy.cast<S>();
   out.weight = 1 / seen.sigma;
   out.view = &view;
   out.camera_from_point = camera_from_point.cast<S>();
@@ -70,11 +78,10 @@ template <class S>
   return true;
 }
 
-// Starts the corner's Newton iterations where the measured ray meets the level plane through the surface above F.
+// Starts the corner's Newton iterations where the measured ray meets the plane Z = level, mm.
 template <class S>
-void start_at_level(const SurfaceModel<S>& model, const Coefficients<S>& a, PreparedCorner<S>& corner) {
-  const S height = model.height(a, corner.point.x(), corner.point.y()) - corner.point.z();
-  corner.along = height / corner.direction.z();
+void start_at_level(S level, PreparedCorner<S>& corner) {
+  corner.along = (level - corner.point.z()) / corner.direction.z();
   corner.foot = corner.dry + corner.along * corner.direction.template head<2>();
 }
 

@@ -1,20 +1,16 @@
 // Residuals of one corner along its measured ray: on the bottom plane, mm (9), or between normals, rad (10).
 #pragma once
 
-#include <cstdint>
-
+#include "dsp/estimate/metric.hpp"
 #include "dsp/estimate/normal_difference.hpp"
 #include "dsp/estimate/reprojection_residual.hpp"
 
 namespace srd::dsp {
 
-// Which residual of the measured ray.
-enum class RayMetric : std::uint8_t { kDisparity, kCollinearity };
-
-// corner.along: start and result. basis as in reprojection_residual; pixel_e, when wanted: de/dq at fixed surface.
+// metric: disparity or collinearity. corner.along: start and result. basis as in reprojection_residual; pixel_e, when wanted: de/dq at fixed surface.
 // False: the ray misses the surface from above, or the residual does not exist there.
 template <class S>
-[[nodiscard]] bool ray_residual(RayMetric metric, const Optics<S>& optics, const Coefficients<S>& a,
+[[nodiscard]] bool ray_residual(Metric metric, const Optics<S>& optics, const Coefficients<S>& a,
                                 PreparedCorner<S>& corner, Basis<S>* basis, CornerResidual<S>& out,
                                 Mat2<S>* pixel_e = nullptr) {
   constexpr int kMaxIterations = 30;
@@ -39,7 +35,7 @@ template <class S>
     at.zy += at.zxy * moved.x() + at.zyy * moved.y();
     LocalResidual<S> local;
     const bool valid =
-        metric == RayMetric::kDisparity
+        metric == Metric::kDisparity
             ? disparity_difference(d, foot, along * d.z(), at.zx, at.zy, *optics.media, local)
             : normal_difference(d, foot, along * d.z(), at.zx, at.zy, *optics.media, local);
     if (!valid) return false;

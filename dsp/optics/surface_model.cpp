@@ -1,5 +1,7 @@
 #include "dsp/optics/surface_model.hpp"
 
+#include <algorithm>
+
 namespace srd::dsp {
 
 std::array<char, 4> Mode::name() const {
@@ -36,7 +38,10 @@ Result<ModeList> ModeList::make(std::span<const Mode> modes) {
   ModeList list;
   for (const Mode& mode : modes) {
     if (mode.m > kMaxHarmonic || mode.n > kMaxHarmonic || list.index_of(mode) >= 0) return Errc::kInvalidArgument;
+    if (mode.kind != Mode::Kind::kCosine && (mode.m != 0 || mode.n != 0)) return Errc::kInvalidArgument;
     list.modes_[static_cast<std::size_t>(list.size_++)] = mode;
+    list.highest_x_ = std::max<int>(list.highest_x_, mode.m);
+    list.highest_y_ = std::max<int>(list.highest_y_, mode.n);
   }
   return list;
 }

@@ -41,6 +41,9 @@ class ModeList {
   [[nodiscard]] const Mode* begin() const { return modes_.data(); }
   [[nodiscard]] const Mode* end() const { return modes_.data() + size_; }
   [[nodiscard]] int index_of(Mode mode) const;  // -1 when absent
+  // The highest harmonic across X and Y.
+  [[nodiscard]] int highest_x() const { return highest_x_; }
+  [[nodiscard]] int highest_y() const { return highest_y_; }
   friend bool operator==(const ModeList& a, const ModeList& b) {
     if (a.size_ != b.size_) return false;
     for (int i = 0; i < a.size_; ++i)
@@ -51,6 +54,7 @@ class ModeList {
  private:
   std::array<Mode, kMaxModes> modes_{};
   int size_ = 0;
+  int highest_x_ = 0, highest_y_ = 0;
 };
 
 // Coefficients of a surface, mm, in the order of its mode list. Fixed capacity: no heap.
@@ -88,16 +92,12 @@ struct SurfaceModel {
 
   // Both at once: the sample of a and the basis.
   SurfaceSample<S> evaluate(const Coefficients<S>* a, S x, S y, Basis<S>* out) const {
-    const S kx = S(M_PI) / lx, ky = S(M_PI) / ly;
-    const S dx = x - x0, dy = y - y0;
-    std::array<S, kMaxHarmonic + 1> cx, sx, cy, sy;
-    int m_max = 0, n_max = 0;
-    for (const Mode& mode : modes) {
-      m_max = mode.m > m_max ? mode.m : m_max;
-      n_max = mode.n > n_max ? mode.n : n_max;
-    }
-    harmonics(kx * dx, m_max, cx, sx);
-    harmonics(ky * dy, n_max, cy, sy);
+    // Every mode is a product f(X) g(Y): harmonics 0 to 9 and, last, the straight line.
+    Factors fx, fy;
+    fill(S(M_PI) / lx, x - x0, modes.highest_x(), fx);
+    fill(S(M_PI) / ly, y - y0, modes.highest_y(), fy);
+    fx[kLine] = {(x - x0) / lx, 1 / lx, 0};
+    fy[kLine] = {(y - y0) / ly, 1 / ly, 0};
     SurfaceSample<S> sum;
     const int n_modes = modes.size();
     if (out != nullptr) {
@@ -107,30 +107,17 @@ struct SurfaceModel {
     }
     for (int j = 0; j < n_modes; ++j) {
       const Mode& mode = modes[j];
-      S v = 0, vx = 0, vy = 0, vxx = 0, vxy = 0, vyy = 0;
-      switch (mode.kind) {
-        case Mode::Kind::kSlopeX: v = dx / lx; vx = 1 / lx; break;
-        case Mode::Kind::kSlopeY: v = dy / ly; vy = 1 / ly; break;
-        case Mode::Kind::kCosine: {
-          const S wm = kx * static_cast<S>(mode.m), wn = ky * static_cast<S>(mode.n);
-          const S c = cx[mode.m], s = sx[mode.m], cn = cy[mode.n], sn = sy[mode.n];
-          v = c * cn;
-          vx = -wm * s * cn;
-          vy = -wn * c * sn;
-          vxx = -wm * wm * v;
-          vyy = -wn * wn * v;
-          vxy = wm * wn * s * sn;
-          break;
-        }
-      }
+      const Factor& f = fx[mode.kind == Mode::Kind::kSlopeX ? kLine : mode.m];
+      const Factor& g = fy[mode.kind == Mode::Kind::kSlopeY ? kLine : mode.n];
+      const S v = f.value * g.value, vx = f.slope * g.value, vy = f.value * g.slope;
       if (a != nullptr) {
         const S aj = (*a)[j];
         sum.z += aj * v;
         sum.zx += aj * vx;
         sum.zy += aj * vy;
-        sum.zxx += aj * vxx;
-        sum.zxy += aj * vxy;
-        sum.zyy += aj * vyy;
+        sum.zxx += aj * (f.curvature * g.value);
+        sum.zxy += aj * (f.slope * g.slope);
+        sum.zyy += aj * (f.value * g.curvature);
       }
       if (out != nullptr) {
         out->value[j] = v;
@@ -142,16 +129,24 @@ struct SurfaceModel {
   }
 
  private:
-  // cos and sin of 0, 1, .. highest times the angle, by the addition theorem.
-  static void harmonics(S angle, int highest, std::array<S, kMaxHarmonic + 1>& c,
-                        std::array<S, kMaxHarmonic + 1>& s) {
-    c[0] = 1;
-    s[0] = 0;
+  struct Factor {
+    S value, slope, curvature;
+  };
+  static constexpr std::size_t kLine = kMaxHarmonic + 1;
+  using Factors = std::array<Factor, kLine + 1>;
+
+  // cos of 0, 1, .. highest times wave_number distance and its derivatives, by the addition theorem.
+  static void fill(S wave_number, S distance, int highest, Factors& factors) {
+    factors[0] = {1, 0, 0};
     if (highest == 0) return;
-    const S c1 = std::cos(angle), s1 = std::sin(angle);
-    for (std::size_t i = 1; i <= static_cast<std::size_t>(highest); ++i) {
-      c[i] = c[i - 1] * c1 - s[i - 1] * s1;
-      s[i] = s[i - 1] * c1 + c[i - 1] * s1;
+    const S c1 = std::cos(wave_number * distance), s1 = std::sin(wave_number * distance);
+    S c = 1, s = 0;
+    for (int i = 1; i <= highest; ++i) {
+      const S next = c * c1 - s * s1;
+      s = s * c1 + c * s1;
+      c = next;
+      const S w = wave_number * static_cast<S>(i);
+      factors[static_cast<std::size_t>(i)] = {c, -w * s, -w * w * c};
     }
   }
 };
