@@ -1,0 +1,92 @@
+#include "drivers/net/address.hpp"
+
+#include <arpa/inet.h>
+#include <netdb.h>
+#include <netinet/in.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <memory>
+
+namespace srd {
+namespace {
+
+Problem not_an_address(std::string_view text, std::string_view where, std::string what) {
+  return {.exit = Exit::kUsage,
+          .what = std::move(what),
+          .where = std::string(where),
+          .expected = "HOST:PORT with a port of 1..65535 (0 for any, when binding); IPv6 in brackets",
+          .found = "'" + std::string(text) + "'",
+          .advice = "127.0.0.1:47810, [::1]:47810 or flume-pc:47810"};
+}
+
+}  // namespace
+
+Outcome<Address> Address::parse(std::string_view text, std::string_view where) {
+  const std::size_t colon = text.rfind(':');
+  if (colon == std::string_view::npos) return not_an_address(text, where, "no port in the address");
+  std::string_view host = text.substr(0, colon);
+  const std::string_view port_text = text.substr(colon + 1);
+  std::uint16_t port = 0;
+  const auto [end, error] = std::from_chars(port_text.data(), port_text.data() + port_text.size(), port);
+  if (error != std::errc{} || end != port_text.data() + port_text.size())
+    return not_an_address(text, where, "'" + std::string(port_text) + "' is not a port");
+  if (host.size() >= 2 && host.front() == '[' && host.back() == ']')
+    host = host.substr(1, host.size() - 2);
+  else if (host.find(':') != std::string_view::npos)
+    return not_an_address(text, where, "an IPv6 address without brackets");
+  if (host.empty()) return not_an_address(text, where, "no host in the address");
+
+  addrinfo hints{};
+  hints.ai_family = AF_UNSPEC;
+  hints.ai_socktype = SOCK_DGRAM;
+  addrinfo* found = nullptr;
+  const std::string name(host), service(port_text);
+  const int failure = ::getaddrinfo(name.c_str(), service.c_str(), &hints, &found);
+  if (failure != 0)
+    return Problem{.exit = Exit::kNetwork,
+                   .what = "cannot resolve '" + name + "': " + ::gai_strerror(failure),
+                   .where = std::string(where),
+                   .advice = "a numeric address, or check the name and the network"};
+  const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> owner(found, &::freeaddrinfo);
+  Address address;
+  std::copy_n(reinterpret_cast<const char*>(found->ai_addr), found->ai_addrlen,
+              reinterpret_cast<char*>(&address.storage_));
+  address.size_ = found->ai_addrlen;
+  return address;
+}
+
+std::string Address::text() const {
+  std::array<char, NI_MAXHOST> host{};
+  std::array<char, NI_MAXSERV> service{};
+  if (::getnameinfo(get(), size_, host.data(), host.size(), service.data(), service.size(),
+                    NI_NUMERICHOST | NI_NUMERICSERV) != 0)
+    return "(no address)";
+  const std::string name = family() == AF_INET6 ? "[" + std::string(host.data()) + "]" : std::string(host.data());
+  return name + ":" + service.data();
+}
+
+std::uint16_t Address::port() const {
+  if (family() == AF_INET6) return ntohs(reinterpret_cast<const sockaddr_in6*>(&storage_)->sin6_port);
+  return ntohs(reinterpret_cast<const sockaddr_in*>(&storage_)->sin_port);
+}
+
+bool Address::is_loopback() const {
+  if (family() == AF_INET6) return IN6_IS_ADDR_LOOPBACK(&reinterpret_cast<const sockaddr_in6*>(&storage_)->sin6_addr);
+  return (ntohl(reinterpret_cast<const sockaddr_in*>(&storage_)->sin_addr.s_addr) >> 24) == 127;
+}
+
+bool operator==(const Address& a, const Address& b) {
+  if (a.family() != b.family() || a.port() != b.port()) return false;
+  if (a.family() == AF_INET6) {
+    const auto& x = *reinterpret_cast<const sockaddr_in6*>(&a.storage_);
+    const auto& y = *reinterpret_cast<const sockaddr_in6*>(&b.storage_);
+    return std::equal(std::begin(x.sin6_addr.s6_addr), std::end(x.sin6_addr.s6_addr), std::begin(y.sin6_addr.s6_addr)) &&
+           x.sin6_scope_id == y.sin6_scope_id;
+  }
+  return reinterpret_cast<const sockaddr_in*>(&a.storage_)->sin_addr.s_addr ==
+         reinterpret_cast<const sockaddr_in*>(&b.storage_)->sin_addr.s_addr;
+}
+
+}  // namespace srd

@@ -1,0 +1,39 @@
+// "HOST:PORT" of a UDP peer: "192.168.1.20:47810", "[fe80::1%eth0]:47810", "flume-pc.local:47810".
+#pragma once
+
+#include <sys/socket.h>
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "drivers/support/problem.hpp"
+
+namespace srd {
+
+// A socket address, IPv4 or IPv6.
+class Address {
+ public:
+  Address() = default;
+  // Resolves names. kUsage for a text that is no HOST:PORT, kNetwork for a name that cannot be resolved.
+  // where: what the text came from ("--bind", "node.toml:12"), for the Problem.
+  [[nodiscard]] static Outcome<Address> parse(std::string_view text, std::string_view where);
+
+  [[nodiscard]] std::string text() const;  // numeric, as parse takes it
+  [[nodiscard]] std::uint16_t port() const;
+  [[nodiscard]] bool is_loopback() const;
+  [[nodiscard]] int family() const { return storage_.ss_family; }
+
+  [[nodiscard]] const sockaddr* get() const { return reinterpret_cast<const sockaddr*>(&storage_); }
+  [[nodiscard]] sockaddr* get() { return reinterpret_cast<sockaddr*>(&storage_); }
+  [[nodiscard]] socklen_t size() const { return size_; }
+  void set_size(socklen_t size) { size_ = size; }
+  static constexpr socklen_t kCapacity = sizeof(sockaddr_storage);
+  friend bool operator==(const Address& a, const Address& b);
+
+ private:
+  sockaddr_storage storage_{};
+  socklen_t size_ = 0;
+};
+
+}  // namespace srd

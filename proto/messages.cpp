@@ -1,0 +1,114 @@
+#include "proto/messages.hpp"
+
+#include <cmath>
+
+namespace srd::proto {
+namespace {
+
+constexpr float kMostPixel = 65536;
+constexpr std::uint32_t kMostPoints = 1u << 14;
+
+bool finite(float x) { return std::isfinite(x); }
+bool positive(float x) { return finite(x) && x > 0; }
+bool not_negative(float x) { return finite(x) && x >= 0; }
+
+bool valid(const Stamp& stamp) { return stamp.clock <= ClockId::kRecording; }
+
+template <std::size_t N>
+bool ascending(const FixedList<SequenceRange, N>& ranges, std::uint64_t begin, std::uint64_t end) {
+  std::uint64_t at = begin;
+  for (const SequenceRange& range : ranges) {
+    if (range.begin < at || range.end <= range.begin || range.end > end) return false;
+    at = range.end + 1;  // apart: ranges that touch are one
+  }
+  return true;
+}
+
+bool valid(dsp::Stop stop) { return stop <= dsp::Stop::kNoProgress || (dsp::failed(stop) && stop <= dsp::Stop::kOutOfDomain); }
+
+bool valid(const InformationFactor& factor) {
+  for (int j = 0; j < factor.size; ++j)
+    if (!positive(factor.scale[static_cast<std::size_t>(j)]) || factor.entries[InformationFactor::index(j, j)] <= 0)
+      return false;
+  return factor.size >= 0 && factor.size <= dsp::kMaxModes;
+}
+
+}  // namespace
+
+const char* to_string(FrameStatus status) {
+  switch (status) {
+    case FrameStatus::kOk: return "ok";
+    case FrameStatus::kSearching: return "searching";
+    case FrameStatus::kLost: return "lost";
+    case FrameStatus::kBadFrame: return "bad_frame";
+    case FrameStatus::kTooFewCorners: return "too_few_corners";
+    case FrameStatus::kNotConverged: return "not_converged";
+    case FrameStatus::kFailed: return "failed";
+    case FrameStatus::kAmbiguous: return "ambiguous";
+    case FrameStatus::kDropped: return "dropped";
+    case FrameStatus::kDark: return "dark";
+  }
+  return "unknown";
+}
+
+const char* to_string(NodeState state) {
+  switch (state) {
+    case NodeState::kStarting: return "starting";
+    case NodeState::kSearching: return "searching";
+    case NodeState::kTracking: return "tracking";
+    case NodeState::kLost: return "lost";
+    case NodeState::kStopping: return "stopping";
+  }
+  return "unknown";
+}
+
+const char* to_string(dsp::Metric metric) {
+  switch (metric) {
+    case dsp::Metric::kReprojection: return "reprojection";
+    case dsp::Metric::kDisparity: return "disparity";
+    case dsp::Metric::kCollinearity: return "collinearity";
+  }
+  return "unknown";
+}
+
+bool valid(const NodeHeader& header) {
+  return !header.from.node.view().empty() && header.sequence <= kMaxSequence && header.oldest_held <= header.sequence;
+}
+
+bool valid(const CoefficientFrame& frame) {
+  const auto n = frame.model.modes.size();
+  const auto coefficients = static_cast<int>(frame.coefficients.size());
+  return valid(frame.stamp) && frame.status <= FrameStatus::kDark && n > 0 && positive(frame.model.lx) &&
+         positive(frame.model.ly) && finite(frame.model.x0) && finite(frame.model.y0) && frame.refractive_index >= 1 &&
+         frame.refractive_index < 4 && finite(frame.centre_x_mm) && finite(frame.centre_y_mm) &&
+         (coefficients == 0 || coefficients == n) && frame.coefficients.allFinite() && valid(frame.information) &&
+         (frame.information.size == 0 || frame.information.size == coefficients) &&
+         frame.metric <= dsp::Metric::kCollinearity && not_negative(frame.mean_error) &&
+         not_negative(frame.reprojection_rms_px) && valid(frame.stop) && frame.strobe <= StrobePhase::kDark;
+}
+
+bool valid(const NodeStatus& status) {
+  return valid(status.stamp) && status.state <= NodeState::kStopping && not_negative(status.capture_hz) &&
+         not_negative(status.record_hz) && !std::isinf(status.temperature_c) &&
+         ascending(status.lost_ranges, 0, kMaxSequence);
+}
+
+bool valid(const FeatureChunk& chunk) {
+  if (!valid(chunk.stamp) || !positive(chunk.sigma_px)) return false;
+  std::uint32_t next = 0;
+  for (const Feature& feature : chunk.features) {
+    if (feature.point < next || feature.point >= kMostPoints || !(std::abs(feature.u) <= kMostPixel) ||
+        !(std::abs(feature.v) <= kMostPixel))
+      return false;
+    next = feature.point + 1;
+  }
+  return true;
+}
+
+bool valid(const Acknowledgement& acknowledgement) {
+  return !acknowledgement.of.node.view().empty() && acknowledgement.first_missing <= acknowledgement.known_end &&
+         acknowledgement.known_end <= kMaxSequence &&
+         ascending(acknowledgement.missing, acknowledgement.first_missing, acknowledgement.known_end);
+}
+
+}  // namespace srd::proto

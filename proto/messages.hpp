@@ -1,0 +1,134 @@
+// What is said on the wire, as plain structs of fixed capacity. Units, bounds and meaning of each: proto/srd.proto.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <variant>
+
+#include "dsp/core/time.hpp"
+#include "dsp/estimate/estimator.hpp"
+#include "dsp/optics/surface_model.hpp"
+#include "proto/fixed.hpp"
+#include "proto/identity.hpp"
+#include "proto/information.hpp"
+
+namespace srd::proto {
+
+// What became of a frame. Numbers are on the wire, words in the CSV: never reuse one.
+enum class FrameStatus : std::uint8_t {
+  kOk = 0,             // a surface from a tracked pattern
+  kSearching = 1,      // no pattern found yet
+  kLost = 2,           // the pattern was tracked and is gone
+  kBadFrame = 3,       // the image could not be read
+  kTooFewCorners = 4,  // fewer than the model needs
+  kNotConverged = 5,   // the solver used up its steps or its time; the surface, when there, is its best so far
+  kFailed = 6,         // the solver found no surface
+  kAmbiguous = 7,      // two placements of the pattern fit equally well
+  kDropped = 8,        // not processed in time
+  kDark = 9,           // a frame without light, on purpose
+};
+inline constexpr int kFrameStatusCount = 10;
+[[nodiscard]] const char* to_string(FrameStatus status);
+
+enum class NodeState : std::uint8_t { kStarting = 0, kSearching = 1, kTracking = 2, kLost = 3, kStopping = 4 };
+inline constexpr int kNodeStateCount = 5;
+[[nodiscard]] const char* to_string(NodeState state);
+
+[[nodiscard]] const char* to_string(dsp::Metric metric);
+
+// One moment by two clocks.
+struct Stamp {
+  std::int64_t sensor_time_ns = 0;
+  ClockId clock = ClockId::kUnknown;
+  std::int64_t wall_time_ns = 0;          // since 1970 UTC; 0: not known
+  std::uint64_t wall_uncertainty_ns = 0;  // one standard deviation; 0: not known
+  friend constexpr bool operator==(const Stamp&, const Stamp&) = default;
+};
+
+// What every datagram of a node says first.
+struct NodeHeader {
+  BootId from;
+  std::uint64_t sequence = 0;     // of the frame; in a status, of the next frame
+  std::uint64_t oldest_held = 0;  // frames below can no longer be sent again
+  friend constexpr bool operator==(const NodeHeader&, const NodeHeader&) = default;
+};
+
+// One record a frame, with a surface or the reason why there is none.
+struct CoefficientFrame {
+  Stamp stamp;  // middle of the light that made the image
+  FrameStatus status = FrameStatus::kSearching;
+  dsp::SurfaceModel<float> model;     // always; at least one mode
+  float refractive_index = 1;         // of the water, in [1, 4)
+  float centre_x_mm = 0, centre_y_mm = 0;  // of the pattern
+  dsp::Coefficients<float> coefficients;   // mm; empty: no surface
+  InformationFactor information;      // size 0: not known
+  dsp::Metric metric = dsp::Metric::kReprojection;
+  float mean_error = 0;               // in the metric's unit
+  float reprojection_rms_px = 0;
+  dsp::Stop stop = dsp::Stop::kTooFewCorners;
+  bool at_bound = false;
+  std::uint32_t iterations = 0;
+  std::uint32_t corners_expected = 0, corners_found = 0, corners_used = 0;
+  std::uint32_t exposure_us = 0;      // 0: not known
+  StrobePhase strobe = StrobePhase::kUnstrobed;
+  std::uint32_t dropped_before = 0;   // frames without a record since the previous record
+  std::uint64_t source_sequence = 0;  // the camera's number
+  std::uint32_t detection_us = 0, estimation_us = 0, total_us = 0;
+
+  [[nodiscard]] bool has_surface() const { return coefficients.size() > 0; }
+};
+
+struct NodeStatus {
+  Stamp stamp;  // when it was made
+  NodeState state = NodeState::kStarting;
+  float capture_hz = 0, record_hz = 0;
+  std::uint64_t dropped_by_source = 0, dropped_late = 0, dropped_bad = 0, dropped_transmit = 0;
+  std::uint64_t lost = 0, resent = 0, held = 0;
+  std::uint64_t strobe_late = 0;
+  float temperature_c = std::numeric_limits<float>::quiet_NaN();  // NaN: not known
+  std::optional<std::int64_t> clock_offset_ns;
+  std::uint64_t clock_uncertainty_ns = 0;
+  FixedText<15> software;
+  FixedList<SequenceRange, 16> lost_ranges;  // ascending, apart
+};
+
+// A corner by its point, raw image.
+struct Feature {
+  std::uint32_t point = 0;  // < 2^14
+  float u = 0, v = 0;       // px, within +-65536; kept to 1/1024 px
+  friend constexpr bool operator==(const Feature&, const Feature&) = default;
+};
+
+struct FeatureChunk {
+  Stamp stamp;  // its frame's
+  std::uint32_t camera = 0;
+  float sigma_px = 1;
+  FixedList<Feature, 96> features;  // ascending points
+};
+
+using NodeContent = std::variant<CoefficientFrame, NodeStatus, FeatureChunk>;
+
+struct NodeMessage {
+  NodeHeader header;
+  NodeContent content;
+};
+
+// Of one boot of one node.
+struct Acknowledgement {
+  BootId of;
+  std::uint64_t session = 0;  // random, new at every start of the host
+  std::uint64_t serial = 0;   // grows within the session
+  std::uint64_t first_missing = 0;  // all below: in the host's record and flushed, or never to come
+  std::uint64_t known_end = 0;      // the host knows what it has up to here; >= first_missing
+  FixedList<SequenceRange, 40> missing;  // within [first_missing, known_end), ascending, apart
+  friend bool operator==(const Acknowledgement&, const Acknowledgement&) = default;
+};
+
+// Whether a message keeps every bound that srd.proto states: only such are sent, only such are accepted.
+[[nodiscard]] bool valid(const NodeHeader& header);
+[[nodiscard]] bool valid(const CoefficientFrame& frame);
+[[nodiscard]] bool valid(const NodeStatus& status);
+[[nodiscard]] bool valid(const FeatureChunk& chunk);
+[[nodiscard]] bool valid(const Acknowledgement& acknowledgement);
+
+}  // namespace srd::proto

@@ -1,0 +1,222 @@
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+#include "proto/check.hpp"
+#include "proto/host_codec.hpp"
+#include "proto/node_codec.hpp"
+#include "tests/proto/random_messages.hpp"
+
+namespace srd::proto {
+namespace {
+
+using testing::Generator;
+
+template <class Content>
+std::vector<std::uint8_t> datagram_of(const NodeHeader& header, const Content& content) {
+  std::vector<std::uint8_t> buffer(kMaxDatagram);
+  const auto size = encode(header.from, header.sequence, content, buffer);
+  if (!size) return {};
+  buffer.resize(seal(buffer, *size, header.oldest_held));
+  return buffer;
+}
+
+void expect_same(const CoefficientFrame& a, const CoefficientFrame& b) {
+  RC_ASSERT(a.stamp == b.stamp);
+  RC_ASSERT(a.status == b.status);
+  RC_ASSERT(a.model.modes == b.model.modes);
+  RC_ASSERT(a.model.lx == b.model.lx && a.model.ly == b.model.ly && a.model.x0 == b.model.x0 && a.model.y0 == b.model.y0);
+  RC_ASSERT(a.refractive_index == b.refractive_index);
+  RC_ASSERT(a.centre_x_mm == b.centre_x_mm && a.centre_y_mm == b.centre_y_mm);
+  RC_ASSERT(a.coefficients.size() == b.coefficients.size());
+  for (Eigen::Index i = 0; i < a.coefficients.size(); ++i) RC_ASSERT(a.coefficients[i] == b.coefficients[i]);
+  RC_ASSERT(a.information == b.information);
+  RC_ASSERT(a.metric == b.metric && a.mean_error == b.mean_error && a.reprojection_rms_px == b.reprojection_rms_px);
+  RC_ASSERT(a.stop == b.stop && a.at_bound == b.at_bound && a.iterations == b.iterations);
+  RC_ASSERT(a.corners_expected == b.corners_expected && a.corners_found == b.corners_found &&
+            a.corners_used == b.corners_used);
+  RC_ASSERT(a.exposure_us == b.exposure_us && a.strobe == b.strobe && a.dropped_before == b.dropped_before);
+  RC_ASSERT(a.source_sequence == b.source_sequence);
+  RC_ASSERT(a.detection_us == b.detection_us && a.estimation_us == b.estimation_us && a.total_us == b.total_us);
+}
+
+TEST(Codec, FramesComeBackAsTheyWere) {
+  EXPECT_TRUE(rc::check([](std::uint64_t seed) {
+    Generator random(seed);
+    const NodeHeader header = testing::any_header(random);
+    const CoefficientFrame frame = testing::any_frame(random);
+    const auto datagram = datagram_of(header, frame);
+    RC_ASSERT(!datagram.empty() && datagram.size() <= kMaxDatagram);
+    const auto back = decode_node_datagram(datagram);
+    RC_ASSERT(back.has_value());
+    RC_ASSERT(back->header == header);
+    RC_ASSERT(std::holds_alternative<CoefficientFrame>(back->content));
+    expect_same(std::get<CoefficientFrame>(back->content), frame);
+  }));
+}
+
+TEST(Codec, StatusComesBackAsItWas) {
+  EXPECT_TRUE(rc::check([](std::uint64_t seed) {
+    Generator random(seed);
+    const NodeHeader header = testing::any_header(random);
+    const NodeStatus a = testing::any_status(random);
+    const auto datagram = datagram_of(header, a);
+    RC_ASSERT(!datagram.empty());
+    const auto back = decode_node_datagram(datagram);
+    RC_ASSERT(back.has_value());
+    RC_ASSERT(back->header == header);
+    RC_ASSERT(std::holds_alternative<NodeStatus>(back->content));
+    const auto& b = std::get<NodeStatus>(back->content);
+    RC_ASSERT(a.stamp == b.stamp && a.state == b.state && a.capture_hz == b.capture_hz && a.record_hz == b.record_hz);
+    RC_ASSERT(a.dropped_by_source == b.dropped_by_source && a.dropped_late == b.dropped_late);
+    RC_ASSERT(a.dropped_bad == b.dropped_bad && a.dropped_transmit == b.dropped_transmit);
+    RC_ASSERT(a.lost == b.lost && a.resent == b.resent && a.held == b.held && a.strobe_late == b.strobe_late);
+    RC_ASSERT(a.temperature_c == b.temperature_c || (std::isnan(a.temperature_c) && std::isnan(b.temperature_c)));
+    RC_ASSERT(a.clock_offset_ns == b.clock_offset_ns && a.clock_uncertainty_ns == b.clock_uncertainty_ns);
+    RC_ASSERT(a.software == b.software);
+    RC_ASSERT(a.lost_ranges == b.lost_ranges);
+  }));
+}
+
+TEST(Codec, FeaturesComeBackToAThousandthOfAPixel) {
+  EXPECT_TRUE(rc::check([](std::uint64_t seed) {
+    Generator random(seed);
+    const NodeHeader header = testing::any_header(random);
+    const FeatureChunk a = testing::any_chunk(random);
+    const auto datagram = datagram_of(header, a);
+    RC_ASSERT(!datagram.empty());
+    const auto back = decode_node_datagram(datagram);
+    RC_ASSERT(back.has_value());
+    RC_ASSERT(std::holds_alternative<FeatureChunk>(back->content));
+    const auto& b = std::get<FeatureChunk>(back->content);
+    RC_ASSERT(a.stamp == b.stamp && a.camera == b.camera && a.sigma_px == b.sigma_px);
+    RC_ASSERT(a.features.size() == b.features.size());
+    for (std::size_t i = 0; i < a.features.size(); ++i) {
+      RC_ASSERT(a.features[i].point == b.features[i].point);
+      RC_ASSERT(std::abs(a.features[i].u - b.features[i].u) <= 0.0008f);
+      RC_ASSERT(std::abs(a.features[i].v - b.features[i].v) <= 0.0008f);
+    }
+  }));
+}
+
+TEST(Codec, AcknowledgementsComeBackAsTheyWere) {
+  EXPECT_TRUE(rc::check([](std::uint64_t seed) {
+    Generator random(seed);
+    const Acknowledgement acknowledgement = testing::any_acknowledgement(random);
+    const auto datagram = encode_datagram(acknowledgement);
+    RC_ASSERT(!datagram.empty() && datagram.size() <= kMaxDatagram);
+    const auto back = decode_acknowledgement(datagram);
+    RC_ASSERT(back.has_value());
+    RC_ASSERT(*back == acknowledgement);
+  }));
+}
+
+// Every varint at its longest, every list full.
+TEST(Codec, TheLargestOfEveryMessageFitsADatagram) {
+  Generator random(4);
+  constexpr std::uint32_t kMost = 0xFFFFFFFF;
+  const NodeHeader header{{*NodeId::make(std::string(31, 'n')), ~std::uint64_t{0}}, kMaxSequence, kMaxSequence};
+  const Stamp stamp{-1, ClockId::kRecording, -1, ~std::uint64_t{0}};
+  CoefficientFrame frame = testing::any_frame(random, dsp::kMaxModes);
+  frame.stamp = stamp;
+  frame.status = FrameStatus::kDark;
+  frame.metric = dsp::Metric::kCollinearity;
+  frame.stop = dsp::Stop::kOutOfDomain;
+  frame.at_bound = true;
+  frame.strobe = StrobePhase::kDark;
+  frame.source_sequence = ~std::uint64_t{0};
+  for (std::uint32_t* count : {&frame.iterations, &frame.corners_expected, &frame.corners_found, &frame.corners_used,
+                               &frame.exposure_us, &frame.dropped_before, &frame.detection_us, &frame.estimation_us,
+                               &frame.total_us})
+    *count = kMost;
+  const auto large = datagram_of(header, frame);
+  EXPECT_GT(large.size(), 1000u);
+  EXPECT_LE(large.size(), kMaxDatagram);
+  EXPECT_TRUE(decode_node_datagram(large).has_value());
+  RecordProperty("largest_frame_bytes", static_cast<int>(large.size()));
+
+  NodeStatus status = testing::any_status(random);
+  status.stamp = stamp;
+  status.lost_ranges.clear();
+  for (std::uint64_t i = 0; i < 16; ++i)
+    status.lost_ranges.push({kMaxSequence - 1000 + 3 * i, kMaxSequence - 1000 + 3 * i + 2});
+  for (std::uint64_t* count : {&status.dropped_by_source, &status.dropped_late, &status.dropped_bad,
+                               &status.dropped_transmit, &status.lost, &status.resent, &status.held,
+                               &status.strobe_late, &status.clock_uncertainty_ns})
+    *count = ~std::uint64_t{0};
+  EXPECT_TRUE(decode_node_datagram(datagram_of(header, status)).has_value());
+
+  FeatureChunk chunk;
+  chunk.stamp = stamp;
+  chunk.camera = kMost;
+  for (std::uint32_t i = 0; i < 96; ++i) chunk.features.push({(i + 1) * 170, -65536, 65536});
+  EXPECT_TRUE(decode_node_datagram(datagram_of(header, chunk)).has_value());
+
+  Acknowledgement acknowledgement;
+  acknowledgement.of = header.from;
+  acknowledgement.session = acknowledgement.serial = ~std::uint64_t{0};
+  const std::uint64_t step = kMaxSequence / 100;
+  for (std::uint64_t i = 0; i < 40; ++i) acknowledgement.missing.push({step * (2 * i + 1), step * (2 * i + 2)});
+  acknowledgement.known_end = kMaxSequence;
+  const auto answer = encode_datagram(acknowledgement);
+  EXPECT_LE(answer.size(), kMaxDatagram);
+  EXPECT_EQ(decode_acknowledgement(answer), acknowledgement);
+}
+
+TEST(Codec, ATwelveParameterFrameIsSmall) {
+  Generator random(5);
+  CoefficientFrame frame = testing::any_frame(random, 12);
+  const auto datagram = datagram_of({{*NodeId::make("flume-camera-1"), random()}, 100000, 99000}, frame);
+  RecordProperty("twelve_parameter_bytes", static_cast<int>(datagram.size()));
+  EXPECT_LE(datagram.size(), 480u);
+}
+
+TEST(Codec, WhatBreaksABoundIsNotSent) {
+  Generator random(6);
+  std::vector<std::uint8_t> buffer(kMaxDatagram);
+  const BootId from{*NodeId::make("n"), 1};
+  const auto error_of = [&](const auto& message) {
+    const auto size = encode(from, 0, message, buffer);
+    return size.ok() ? std::optional<Errc>{} : std::optional<Errc>{size.error()};
+  };
+  const CoefficientFrame good = testing::any_frame(random, 3);
+  EXPECT_EQ(error_of(good), std::nullopt);
+  CoefficientFrame bad = good;
+  bad.coefficients[1] = std::nanf("");
+  EXPECT_EQ(error_of(bad), Errc::kInvalidArgument);
+  bad = good;
+  bad.model.modes = dsp::ModeList{};
+  EXPECT_EQ(error_of(bad), Errc::kInvalidArgument);
+  bad = good;
+  bad.coefficients.resize(2);
+  EXPECT_EQ(error_of(bad), Errc::kInvalidArgument);
+  bad = good;
+  bad.information.entries[InformationFactor::index(2, 2)] = 0;
+  EXPECT_EQ(error_of(bad), Errc::kInvalidArgument);
+  FeatureChunk chunk;
+  chunk.features.push({5, 0, 0});
+  chunk.features.push({5, 0, 0});
+  EXPECT_EQ(error_of(chunk), Errc::kInvalidArgument);
+  EXPECT_EQ(encode(BootId{}, 0, good, buffer).error(), Errc::kInvalidArgument);
+  EXPECT_EQ(encode(from, 0, good, std::span(buffer).first(20)).error(), Errc::kTooSmall);
+  Acknowledgement acknowledgement = testing::any_acknowledgement(random);
+  acknowledgement.known_end = acknowledgement.first_missing - 1;
+  EXPECT_TRUE(encode_datagram(acknowledgement).empty());
+}
+
+TEST(Codec, CheckIsCrc32c) {
+  const std::string_view digits = "123456789";
+  EXPECT_EQ(crc32c(0, {reinterpret_cast<const std::uint8_t*>(digits.data()), digits.size()}), 0xE3069283u);
+}
+
+TEST(Codec, NodeNamesAreSafeInFilesAndTables) {
+  EXPECT_TRUE(NodeId::make("flume-1_a.b").has_value());
+  for (const char* name : {"", "a,b", "a b", "a\n", "a/b", "\"", "\xC3\xA4", "12345678901234567890123456789012"})
+    EXPECT_FALSE(NodeId::make(name).has_value()) << name;
+}
+
+}  // namespace
+}  // namespace srd::proto
