@@ -4,7 +4,6 @@
 #include <fstream>
 #include <sstream>
 
-#define TOML_EXCEPTIONS 0
 #include <toml++/toml.h>
 
 namespace srd {
@@ -232,13 +231,17 @@ Outcome<TomlFile> TomlFile::load(const std::filesystem::path& path) {
 }
 
 Outcome<TomlFile> TomlFile::parse(std::string_view text, const std::string& name) {
-  toml::parse_result parsed = toml::parse(text, name);
-  if (!parsed)
-    return Problem{Exit::kUsage, std::string(parsed.error().description()),
-                   name + ":" + std::to_string(parsed.error().source().begin.line), "TOML", "", ""};
+  // The library in Debian is the one with exceptions.
+  toml::table parsed;
+  try {
+    parsed = toml::parse(text, name);
+  } catch (const toml::parse_error& error) {
+    return Problem{Exit::kUsage, std::string(error.description()),
+                   name + ":" + std::to_string(error.source().begin.line), "TOML", "", ""};
+  }
   TomlFile file;
   file.root_.node_ = std::make_shared<TomlTable::Node>();
-  file.root_.node_->document = std::make_shared<Document>(Document{std::move(parsed).table(), name, {}});
+  file.root_.node_->document = std::make_shared<Document>(Document{std::move(parsed), name, {}});
   file.root_.node_->table = &file.root_.node_->document->table;
   return file;
 }
