@@ -47,6 +47,7 @@ const char* to_string(FrameStatus status) {
     case FrameStatus::kAmbiguous: return "ambiguous";
     case FrameStatus::kDropped: return "dropped";
     case FrameStatus::kDark: return "dark";
+    case FrameStatus::kPoorFit: return "poor_fit";
   }
   return "unknown";
 }

@@ -26,8 +26,9 @@ enum class FrameStatus : std::uint8_t {
   kAmbiguous = 7,      // two placements of the pattern fit equally well
   kDropped = 8,        // not processed in time
   kDark = 9,           // a frame without light, on purpose
+  kPoorFit = 10,       // a surface was fitted, but its corners disagree with it: another identity, or beyond the model
 };
-inline constexpr int kFrameStatusCount = 10;
+inline constexpr int kFrameStatusCount = 11;
 [[nodiscard]] const char* to_string(FrameStatus status);
 
 enum class NodeState : std::uint8_t { kStarting = 0, kSearching = 1, kTracking = 2, kLost = 3, kStopping = 4 };
