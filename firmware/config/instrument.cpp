@@ -112,9 +112,13 @@ Outcome<Instrument> make_instrument(const NodeConfig& config) {
     if (!config.refractive_index) index = scene.media.water;
     if (!config.lx_mm) lx = scene.surface.lx;
     if (!config.ly_mm) ly = scene.surface.ly;
-    instrument.camera = std::make_unique<SimulatorCamera>(scene, config.pace);
+    instrument.camera = std::make_unique<SimulatorCamera>(scene, SimulatorCameraOptions{config.pace, 0});
+    instrument.scene = std::move(scene);
   } else {
-    instrument.camera = std::make_unique<RecordingCamera>(config.camera->argument, config.pace, config.frame_rate_hz);
+    RecordingCameraOptions options;
+    options.pace = config.pace;
+    options.rate_hz = config.frame_rate_hz;
+    instrument.camera = std::make_unique<RecordingCamera>(config.camera->argument, options);
   }
   auto read = read_rig(config, rig);
   if (!read) return read.error();

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "drivers/camera/simulator/scene.hpp"
 #include "firmware/config/node_config.hpp"
 
 namespace srd::firmware {
@@ -12,12 +13,13 @@ struct Instrument {
   std::unique_ptr<dsp::SurfaceTracker<float>> tracker;
   double refractive_index = 1;
   int width = 0, height = 0;  // px, of the calibration
+  std::optional<Scene> scene;  // what the simulator renders; none for other cameras
   // Lines for a person: what was read from where.
   std::string summary;
 };
 
 // Reads every file that the configuration names; kUsage for what the configuration gets wrong, kInput for files that
-// cannot be used, kDevice for a camera that is not there. deadline as in EstimatorOptions.
+// cannot be used, kDevice for a camera that is not there.
 [[nodiscard]] Outcome<Instrument> make_instrument(const NodeConfig& config);
 
 }  // namespace srd::firmware

@@ -4,6 +4,7 @@
 
 #include "drivers/support/toml_reader.hpp"
 #include "dsp/optics/water_index.hpp"
+#include "proto/identity.hpp"
 
 namespace srd::firmware {
 
@@ -18,8 +19,8 @@ void set(T& to, const std::optional<U>& from) {
 
 void read_node(TomlTable node, NodeConfig& config) {
   if (auto id = node.text("id")) {
-    if (id->empty() || id->size() > 31)
-      node.complain("id", "1 to 31 characters", "\"" + *id + "\"");
+    if (!proto::NodeId::make(*id))
+      node.complain("id", "1 to 31 letters, digits, '-', '_' and '.'", "\"" + *id + "\"");
     else
       config.node_id = *id;
   }

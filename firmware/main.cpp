@@ -1,0 +1,105 @@
+// srd-node: measures the water surface in front of one camera and sends it to the host.
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+
+#include "drivers/net/address.hpp"
+#include "drivers/recording/truth.hpp"
+#include "firmware/node/node.hpp"
+
+namespace {
+
+std::atomic<bool> stop_requested{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+void request_stop(int) { stop_requested.store(true, std::memory_order_relaxed); }
+
+int fail(const srd::Problem& problem) {
+  std::fputs(problem.text().c_str(), stderr);
+  return static_cast<int>(problem.exit);
+}
+
+struct Arguments {
+  std::string config, camera, host, rate, truth;
+  std::uint64_t frames = 0;
+  bool check = false, list = false;
+};
+
+// What the command line says goes before what the file says.
+srd::Outcome<void> override_config(const Arguments& arguments, srd::firmware::NodeConfig& config) {
+  if (!arguments.camera.empty()) {
+    auto source = srd::firmware::CameraSource::parse(arguments.camera);
+    if (!source) {
+      source.error().where = "--camera";
+      return source.error();
+    }
+    config.camera = *source;
+  }
+  if (!arguments.host.empty()) config.host = arguments.host;
+  if (!arguments.rate.empty()) config.pace = arguments.rate == "max" ? srd::Pace::kMax : srd::Pace::kCamera;
+  if (!config.host.empty())
+    if (auto address = srd::Address::parse(config.host, arguments.host.empty() ? config.file.string() : "--host"); !address) return address.error();
+  return {};
+}
+
+int run(const Arguments& arguments) {
+  if (arguments.list) {
+    std::puts("recording:FOLDER   images of a recording\nsimulator[:SEED]   a rendered flume");
+    return 0;
+  }
+  if (arguments.config.empty())
+    return fail({srd::Exit::kUsage, "no configuration", "--config", "a file", "none", "see board/ for profiles"});
+  auto config = srd::firmware::NodeConfig::load(arguments.config);
+  if (!config) return fail(config.error());
+  if (auto overridden = override_config(arguments, *config); !overridden) return fail(overridden.error());
+  auto instrument = srd::firmware::make_instrument(*config);
+  if (!instrument) return fail(instrument.error());
+  std::fputs(instrument->summary.c_str(), stderr);
+  if (arguments.check) {
+    std::puts("configuration is good");
+    return 0;
+  }
+  if (!arguments.truth.empty() && !instrument->scene)
+    return fail({srd::Exit::kUsage, "only the simulator knows the true surface", "--truth", "a camera of kind simulator",
+                 config->camera->kind, ""});
+
+  std::signal(SIGINT, request_stop);
+  std::signal(SIGTERM, request_stop);
+  auto report = srd::firmware::run_node(*config, *instrument, arguments.frames, stop_requested);
+  if (!report) return fail(report.error());
+  std::fputs(report->text().c_str(), stderr);
+  if (!arguments.truth.empty())
+    if (auto written = srd::write_truth(arguments.truth, srd::truth_of(*instrument->scene, report->records)); !written)
+      return fail(written.error());
+  if (report->sent && report->transmitter.unacknowledged + report->transmitter.counts.lost > 0)
+    return fail({srd::Exit::kNetwork, "not every frame is in the host's record", config->host, "all acknowledged",
+                 std::to_string(report->transmitter.unacknowledged) + " frames not acknowledged, " +
+                     std::to_string(report->transmitter.counts.lost) + " overwritten",
+                 "is srd listen running there?"});
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Measures the water surface in front of one camera and sends its coefficients to the host."};
+  app.set_version_flag("--version", SRD_VERSION);
+  Arguments arguments;
+  app.add_option("--config", arguments.config, "configuration, TOML");
+  app.add_option("--camera", arguments.camera, "recording:FOLDER or simulator[:SEED], instead of the file's");
+  app.add_option("--host", arguments.host, "ADDR:PORT of srd listen, instead of the file's");
+  app.add_option("--frames", arguments.frames, "end after so many frames")->check(CLI::PositiveNumber);
+  app.add_option("--rate", arguments.rate, "camera: at the recorded rate; max: as fast as possible, dropping nothing")
+      ->check(CLI::IsMember({"camera", "max"}));
+  app.add_option("--truth", arguments.truth, "with the simulator: write the true surfaces to this CSV file");
+  app.add_flag("--check-config", arguments.check, "read everything the configuration names, then end");
+  app.add_flag("--list-cameras", arguments.list, "the kinds of camera that this build knows");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    const int code = app.exit(error);
+    return code == 0 ? 0 : static_cast<int>(srd::Exit::kUsage);
+  }
+  return run(arguments);
+}

@@ -1,0 +1,30 @@
+// One run of the node: camera, frame loop and transmitter started, watched and ended in order.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <string>
+
+#include "firmware/config/instrument.hpp"
+#include "firmware/loop/frame_loop.hpp"
+#include "firmware/transmit/transmitter.hpp"
+
+namespace srd::firmware {
+
+struct RunReport {
+  std::uint64_t captured = 0, records = 0, surfaces = 0, acquired = 0, lost_tracks = 0;
+  std::uint64_t dropped_by_source = 0, dropped_late = 0, bad = 0, disconnects = 0;
+  bool sent = false;  // whether there was a host to send to
+  TransmitterReport transmitter;
+  double seconds = 0;
+  // For a person, one line a subject.
+  [[nodiscard]] std::string text() const;
+};
+
+// Returns after options.frames records, at the camera's end, or soon after stop becomes true (set it from a signal
+// handler). Problem: kDevice or kInput when the camera does not start, kNetwork when there is no socket to send through,
+// and when records could not be delivered before the end.
+[[nodiscard]] Outcome<RunReport> run_node(const NodeConfig& config, Instrument& instrument, std::uint64_t frames,
+                                          const std::atomic<bool>& stop);
+
+}  // namespace srd::firmware
