@@ -1,0 +1,205 @@
+#include "host/listen/csv_record.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+
+#include "host/listen/csv_row.hpp"
+#include "host/listen/recorded.hpp"
+#include "host/table/csv_table.hpp"
+
+namespace srd::host {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kModelsHeader =
+    "node,boot,modes,lx_mm,ly_mm,x0_mm,y0_mm,refractive_index,centre_x_mm,centre_y_mm\n";
+constexpr std::size_t kWriteAt = 1 << 16;  // bytes pending
+
+Problem failed(const fs::path& path, const char* action, int error) {
+  return {.exit = Exit::kDevice, .what = std::string("cannot ") + action + ": " + std::strerror(error),
+          .where = path.string()};
+}
+
+Problem exists_already(const fs::path& path) {
+  return {.exit = Exit::kUsage, .what = "the file is there already", .where = path.string(),
+          .advice = "another name, --append to go on with it, or --force to write it anew"};
+}
+
+std::string number(float value) {
+  std::array<char, 32> text;
+  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
+}
+
+}  // namespace
+
+Outcome<void> CsvRecord::open_file(const fs::path& path, File& file) {
+  const int flags = mode_ == OpenMode::kNew ? O_EXCL : mode_ == OpenMode::kReplace ? O_TRUNC : O_APPEND;
+  std::error_code ignored;
+  const bool is_new = !fs::exists(path, ignored);
+  file.path = path;
+  file.fd.reset(::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | flags, 0644));
+  if (file.fd.valid()) {
+    // The name must outlive a power cut as the rows do.
+    const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+    const UniqueFd entry(is_new ? ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC) : -1);
+    if (entry.valid()) (void)::fsync(entry.get());
+    return {};
+  }
+  const int error = errno;
+  if (error == EEXIST) return exists_already(path);
+  return failed(path, "write the file", error);
+}
+
+fs::path CsvRecord::beside(const std::string& part) const {
+  fs::path path = path_;
+  path.replace_filename(path_.stem().string() + "." + part + path_.extension().string());
+  return path;
+}
+
+Outcome<std::unique_ptr<CsvRecord>> CsvRecord::open(const fs::path& file, OpenMode mode) {
+  std::unique_ptr<CsvRecord> record(new CsvRecord(file, mode));
+  std::error_code ignored;
+  if (mode == OpenMode::kAppend) {
+    if (fs::exists(file, ignored))
+      if (const auto done = record->take_over(file); !done) return done.error();
+    for (const fs::path& further : record->further_files())
+      if (const auto done = record->take_over(further); !done) return done.error();
+    if (const auto done = record->take_over_models(); !done) return done.error();
+  } else if (const auto further = record->further_files(); mode == OpenMode::kNew && !further.empty()) {
+    return exists_already(further.front());
+  }
+  if (record->files_.empty())
+    if (const auto done = record->open_file(file, record->files_[""]); !done) return done.error();
+  if (const auto done = record->open_file(record->beside("models"), record->models_); !done) return done.error();
+  if (mode != OpenMode::kAppend || fs::file_size(record->models_.path, ignored) == 0)
+    record->models_.pending = kModelsHeader;
+  return record;
+}
+
+// Files beside this one that a node with another list of modes would get: run.A00-B-C.csv.
+std::vector<fs::path> CsvRecord::further_files() const {
+  std::vector<fs::path> found;
+  std::error_code ignored;
+  const fs::path folder = path_.has_parent_path() ? path_.parent_path() : fs::path(".");
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string name = entry.path().filename().string();
+    const fs::path stem = entry.path().stem();  // run.A00-B-C
+    if (entry.path().extension() != path_.extension() || stem.stem() != path_.stem()) continue;
+    if (name == path_.filename() || name == beside("models").filename()) continue;
+    const auto recorded = read_recorded(entry.path());
+    if (recorded.ok() && recorded->modes && stem.extension() == "." + joined_names(*recorded->modes, '-'))
+      found.push_back(path_.has_parent_path() ? folder / name : fs::path(name));
+  }
+  return found;
+}
+
+// Reads which frames a file has, cuts off a torn last line and opens it.
+Outcome<void> CsvRecord::take_over(const fs::path& path) {
+  auto recorded = read_recorded(path);
+  if (!recorded) return recorded.error();
+  File& file = files_[recorded->modes ? joined_names(*recorded->modes, '-') : ""];
+  if (const auto done = open_file(path, file); !done) return done;
+  if (::ftruncate(file.fd.get(), static_cast<off_t>(recorded->whole_bytes)) != 0)
+    return failed(path, "cut off the torn last line", errno);
+  for (auto& [boot, frames] : recorded->frames)
+    for (const proto::SequenceRange& range : frames.ranges()) recorded_[boot].add(range);
+  return {};
+}
+
+Outcome<void> CsvRecord::take_over_models() {
+  const fs::path path = beside("models");
+  std::error_code ignored;
+  if (!fs::exists(path, ignored)) return {};
+  const auto table = CsvTable::read(path);
+  if (table.ok() && table->has("node") && table->has("boot")) {
+    for (std::size_t row = 0; row < table->rows(); ++row) {
+      std::uint64_t boot = 0;
+      const auto node = proto::NodeId::make(table->cell(row, table->index_of("node")));
+      const std::string_view text = table->cell(row, table->index_of("boot"));
+      if (node && std::from_chars(text.data(), text.data() + text.size(), boot).ec == std::errc{})
+        described_.insert({*node, boot});
+    }
+    if (table->cut_short()) fs::resize_file(path, table->whole_bytes(), ignored);
+  } else {
+    fs::resize_file(path, 0, ignored);  // cut within its header
+  }
+  return {};
+}
+
+Outcome<CsvRecord::File*> CsvRecord::file_for(const dsp::ModeList& modes) {
+  const std::string names = joined_names(modes, '-');
+  if (const auto found = files_.find(names); found != files_.end()) return &found->second;
+  File* file = nullptr;
+  if (const auto first = files_.find(""); first != files_.end()) {
+    auto node = files_.extract(first);
+    node.key() = names;
+    file = &files_.insert(std::move(node)).position->second;
+  } else {
+    File opened;
+    if (const auto done = open_file(beside(names), opened); !done) return done.error();
+    file = &files_.emplace(names, std::move(opened)).first->second;
+  }
+  file->pending += csv_header(modes);
+  return file;
+}
+
+void CsvRecord::describe_model(const proto::BootId& from, const proto::CoefficientFrame& frame) {
+  if (!described_.insert(from).second) return;
+  std::string& out = models_.pending;
+  out += from.node.view();
+  out += "," + std::to_string(from.boot) + "," + joined_names(frame.model.modes, '-');
+  for (const float value : {frame.model.lx, frame.model.ly, frame.model.x0, frame.model.y0, frame.refractive_index,
+                            frame.centre_x_mm, frame.centre_y_mm})
+    out += "," + number(value);
+  out += "\n";
+}
+
+Outcome<void> CsvRecord::write(const proto::BootId& from, std::uint64_t sequence,
+                               const proto::CoefficientFrame& frame) {
+  const auto file = file_for(frame.model.modes);
+  if (!file) return file.error();
+  describe_model(from, frame);
+  append_csv_row(from, sequence, frame, (*file)->pending);
+  return (*file)->pending.size() < kWriteAt ? Outcome<void>() : write_out(**file);
+}
+
+Outcome<void> CsvRecord::write_out(File& file) {
+  std::size_t written = 0;
+  while (written < file.pending.size()) {
+    const ssize_t bytes = ::write(file.fd.get(), file.pending.data() + written, file.pending.size() - written);
+    if (bytes < 0 && errno == EINTR) continue;
+    if (bytes < 0) return failed(file.path, "write", errno);
+    written += static_cast<std::size_t>(bytes);
+  }
+  file.pending.clear();
+  file.has_rows_to_sync = true;
+  return {};
+}
+
+Outcome<void> CsvRecord::flush() {
+  const auto flush_one = [](File& file) -> Outcome<void> {
+    if (!file.pending.empty())
+      if (auto done = write_out(file); !done) return done;
+    // Some places (a pipe, /dev/null) have nothing to sync.
+    if (file.has_rows_to_sync && ::fdatasync(file.fd.get()) != 0 && errno != EINVAL && errno != EROFS)
+      return failed(file.path, "flush", errno);
+    file.has_rows_to_sync = false;
+    return {};
+  };
+  for (auto& [names, file] : files_)
+    if (auto done = flush_one(file); !done) return done;
+  return flush_one(models_);
+}
+
+std::vector<fs::path> CsvRecord::files() const {
+  std::vector<fs::path> paths;
+  for (const auto& [names, file] : files_) paths.push_back(file.path);
+  return paths;
+}
+
+}  // namespace srd::host

@@ -1,0 +1,64 @@
+// The record of a run as CSV. A row is safe once flush() has returned: the file's bytes are on the disk (fdatasync).
+//
+// One file has one list of modes. The first list that comes goes to the file that was asked for; a node with another list
+// gets a file of its own beside it: run.csv, run.A00-B-C.csv. What a row alone does not say (lengths, origin, index of
+// refraction, pattern's centre) stands once a boot in run.models.csv.
+//
+// Opening to append reads which frames the files have, and cuts off a last line that was not written to its end.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "drivers/support/unique_fd.hpp"
+#include "host/listen/frame_sink.hpp"
+#include "host/listen/sequence_set.hpp"
+
+namespace srd::host {
+
+enum class OpenMode : std::uint8_t { kNew, kReplace, kAppend };
+
+class CsvRecord final : public FrameSink {
+ public:
+  // kNew: kUsage when there is such a file already. kAppend: kInput when it is there and is no record.
+  // What cannot be written: kDevice.
+  [[nodiscard]] static Outcome<std::unique_ptr<CsvRecord>> open(const std::filesystem::path& file, OpenMode mode);
+
+  [[nodiscard]] Outcome<void> write(const proto::BootId& from, std::uint64_t sequence,
+                                    const proto::CoefficientFrame& frame) override;
+  [[nodiscard]] Outcome<void> flush() override;
+
+  // What the files had when they were opened.
+  [[nodiscard]] const std::map<proto::BootId, SequenceSet>& recorded() const { return recorded_; }
+  [[nodiscard]] std::vector<std::filesystem::path> files() const;
+
+ private:
+  struct File {
+    std::filesystem::path path;
+    UniqueFd fd;
+    std::string pending;  // not written yet
+    bool has_rows_to_sync = false;
+  };
+  CsvRecord(std::filesystem::path path, OpenMode mode) : path_(std::move(path)), mode_(mode) {}
+  [[nodiscard]] Outcome<void> open_file(const std::filesystem::path& path, File& file);
+  [[nodiscard]] Outcome<void> take_over(const std::filesystem::path& path);
+  [[nodiscard]] std::vector<std::filesystem::path> further_files() const;
+  [[nodiscard]] Outcome<void> take_over_models();
+  [[nodiscard]] std::filesystem::path beside(const std::string& part) const;
+  [[nodiscard]] Outcome<File*> file_for(const dsp::ModeList& modes);
+  void describe_model(const proto::BootId& from, const proto::CoefficientFrame& frame);
+  [[nodiscard]] static Outcome<void> write_out(File& file);
+
+  std::filesystem::path path_;
+  OpenMode mode_;
+  std::map<std::string, File> files_;  // by joined names of modes; "" until the first file knows its own
+  File models_;
+  std::set<proto::BootId> described_;
+  std::map<proto::BootId, SequenceSet> recorded_;
+};
+
+}  // namespace srd::host

@@ -1,0 +1,30 @@
+// A frame as a line of CSV: node,boot,sequence,time_ns,clock,status,n_expected,n_found,n_used,mean_error,metric,height_mm,
+// <modes>,sd_<modes>. time_ns is the sensor's; height_mm lies at the pattern's centre. Cells that need a surface are empty
+// without one, sd cells also when the information is not known.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "dsp/optics/surface_model.hpp"
+#include "proto/messages.hpp"
+
+namespace srd::host {
+
+// With its line end.
+[[nodiscard]] std::string csv_header(const dsp::ModeList& modes);
+// The modes of such a header (without line end); nullopt when it is another.
+[[nodiscard]] std::optional<dsp::ModeList> modes_of_header(std::string_view header);
+
+void append_csv_row(const proto::BootId& from, std::uint64_t sequence, const proto::CoefficientFrame& frame,
+                    std::string& out);
+
+// Surface height at the pattern's centre, mm; the frame has a surface.
+[[nodiscard]] double height_at_centre(const proto::CoefficientFrame& frame);
+
+// "A00-B-C": for file names.
+[[nodiscard]] std::string joined_names(const dsp::ModeList& modes, char between);
+
+}  // namespace srd::host

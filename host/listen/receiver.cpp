@@ -1,0 +1,112 @@
+#include "host/listen/receiver.hpp"
+
+#include <algorithm>
+
+#include "proto/host_codec.hpp"
+
+namespace srd::host {
+
+using proto::BootId;
+using proto::CoefficientFrame;
+using proto::NodeStatus;
+
+Source* Receiver::source_of(const proto::NodeHeader& header) {
+  const auto found = sources_.find(header.from);
+  if (found != sources_.end()) return &found->second;
+  if (sources_.size() >= kMostSources) return nullptr;
+  SequenceSet recorded;
+  if (const auto before = recorded_.find(header.from); before != recorded_.end()) recorded = std::move(before->second);
+  Source source{.stream = Stream(std::move(recorded), header.oldest_held), .address = {}, .order = heard_sources_++};
+  return &sources_.emplace(header.from, std::move(source)).first->second;
+}
+
+void Receiver::receive(std::span<const std::uint8_t> datagram, const Address& from, std::int64_t now) {
+  ++counts_.datagrams;
+  auto message = proto::decode_node_datagram(datagram);
+  if (!message) {
+    ++counts_.rejected;
+    return;
+  }
+  const proto::NodeHeader& header = message->header;
+  Source* source = source_of(header);
+  if (source == nullptr) {
+    ++counts_.no_room;
+    return;
+  }
+  Stream& stream = source->stream;
+  const std::size_t waited = stream.waiting();
+  source->address = from;
+  source->heard_ns = now;
+  source->answer_due = answer_due_ = true;
+  source->ended = false;
+  if (auto* frame = std::get_if<CoefficientFrame>(&message->content)) {
+    source->next_sequence = std::max(source->next_sequence, header.sequence + 1);
+    stream.take(header.sequence, std::move(*frame), waiting_ < kMostWaiting);
+    stream.give_up_below(header.oldest_held);
+  } else if (const auto* status = std::get_if<NodeStatus>(&message->content)) {
+    source->next_sequence = std::max(source->next_sequence, header.sequence);
+    // Lost frames lie below the oldest held.
+    for (proto::SequenceRange range : status->lost_ranges) {
+      range.end = std::min(range.end, header.oldest_held);
+      if (range.begin < range.end) stream.take_lost_ranges({&range, 1});
+    }
+    stream.give_up_below(header.oldest_held);
+    source->ended = status->state == proto::NodeState::kStopping && status->held == 0;
+    if (!source->has_status || status->stamp.sensor_time_ns >= source->status.stamp.sensor_time_ns)
+      source->status = *status;
+    source->has_status = true;
+  } else {
+    ++source->features;
+  }
+  waiting_ += stream.waiting() - waited;
+}
+
+std::optional<Receiver::Ready> Receiver::ready() {
+  // One after the other from where the last frame came, so that none has to wait for a busy one.
+  auto at = sources_.lower_bound(turn_);
+  for (std::size_t i = 0; i < sources_.size(); ++i, ++at) {
+    if (at == sources_.end()) at = sources_.begin();
+    if (const auto found = at->second.stream.ready()) {
+      turn_ = at->first;
+      return Ready{at->first, found->sequence, found->frame};
+    }
+  }
+  return std::nullopt;
+}
+
+void Receiver::pop_ready() {
+  sources_.at(turn_).stream.pop_ready();
+  --waiting_;
+}
+
+void Receiver::tick(std::int64_t now) {
+  for (auto& [id, source] : sources_) {
+    if (source.stream.missing() == 0 || now - source.heard_ns < kSupersededAfter) continue;
+    const bool superseded = std::any_of(sources_.begin(), sources_.end(), [&](const auto& other) {
+      return other.first.node == id.node && other.second.order > source.order;
+    });
+    if (superseded) source.stream.give_up();
+  }
+}
+
+void Receiver::give_up() {
+  for (auto& [id, source] : sources_) source.stream.give_up();
+}
+
+std::vector<std::pair<Address, std::vector<std::uint8_t>>> Receiver::acknowledgements(bool to_everyone) {
+  std::vector<std::pair<Address, std::vector<std::uint8_t>>> out;
+  for (auto& [id, source] : sources_) {
+    if (!source.answer_due && !to_everyone) continue;
+    source.answer_due = false;
+    proto::Acknowledgement acknowledgement;
+    acknowledgement.of = id;
+    acknowledgement.session = session_;
+    acknowledgement.serial = ++serial_;
+    source.stream.describe(acknowledgement);
+    out.emplace_back(source.address, proto::encode_datagram(acknowledgement));
+  }
+  answer_due_ = false;
+  return out;
+}
+
+}  // namespace srd::host

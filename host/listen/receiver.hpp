@@ -1,0 +1,88 @@
+// The host's half of the delivery: datagrams in, frames in order and acknowledgements out, for any number of nodes.
+//
+// A state machine without socket, clock or file: time is an argument (ns, any steady clock). The caller takes ready frames,
+// writes them, flushes its record and only then asks for acknowledgements: they say that all frames taken so far are safe.
+// Memory is bounded whatever comes: so many boots, so many frames waiting behind gaps. One thread.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "drivers/net/address.hpp"
+#include "host/listen/stream.hpp"
+#include "proto/messages.hpp"
+
+namespace srd::host {
+
+// What the receiver knows of one boot of one node.
+struct Source {
+  Stream stream;
+  Address address;               // where its last datagram came from
+  std::int64_t heard_ns = 0;
+  std::uint64_t order = 0;       // in which boots were first heard
+  bool answer_due = false;
+  bool ended = false;            // it said goodbye and nothing is missing
+  std::uint64_t next_sequence = 0;  // the highest number the node has spoken of, plus one
+  std::uint64_t features = 0;    // chunks of corners
+  proto::NodeStatus status{};    // the last
+  bool has_status = false;
+};
+
+struct ReceiverCounts {
+  std::uint64_t datagrams = 0;
+  std::uint64_t rejected = 0;    // not a datagram of a node
+  std::uint64_t no_room = 0;     // from more boots than are kept
+};
+
+class Receiver {
+ public:
+  static constexpr std::size_t kMostSources = 256;
+  static constexpr std::size_t kMostWaiting = 32768;
+  // An older boot of a node that has come back with a new one, silent for so long, is over: its gaps are lost.
+  static constexpr std::int64_t kSupersededAfter = 5'000'000'000;
+
+  // recorded: what the record has already, by boot. session: random.
+  Receiver(std::map<proto::BootId, SequenceSet> recorded, std::uint64_t session)
+      : recorded_(std::move(recorded)), session_(session) {}
+
+  void receive(std::span<const std::uint8_t> datagram, const Address& from, std::int64_t now);
+
+  struct Ready {
+    proto::BootId from;
+    std::uint64_t sequence = 0;
+    const proto::CoefficientFrame* frame = nullptr;  // until pop_ready or receive
+  };
+  // The next frame to record; pop_ready when it is written.
+  [[nodiscard]] std::optional<Ready> ready();
+  void pop_ready();
+
+  // Ends what is over; call now and then.
+  void tick(std::int64_t now);
+  // Nothing more will be received: frames behind gaps become ready, the gaps are lost.
+  void give_up();
+
+  // Only after all frames taken so far are flushed: what to send, to everyone heard since the last time, or to everyone.
+  [[nodiscard]] std::vector<std::pair<Address, std::vector<std::uint8_t>>> acknowledgements(bool to_everyone = false);
+  [[nodiscard]] bool answer_due() const { return answer_due_; }
+
+  [[nodiscard]] const std::map<proto::BootId, Source>& sources() const { return sources_; }
+  [[nodiscard]] const ReceiverCounts& counts() const { return counts_; }
+
+ private:
+  Source* source_of(const proto::NodeHeader& header);
+
+  std::map<proto::BootId, SequenceSet> recorded_;
+  std::map<proto::BootId, Source> sources_;
+  std::uint64_t session_;
+  std::uint64_t serial_ = 0;
+  std::uint64_t heard_sources_ = 0;
+  std::size_t waiting_ = 0;
+  bool answer_due_ = false;
+  proto::BootId turn_;  // whose frame is ready next
+  ReceiverCounts counts_;
+};
+
+}  // namespace srd::host

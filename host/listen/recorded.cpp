@@ -1,0 +1,63 @@
+#include "host/listen/recorded.hpp"
+
+#include <charconv>
+#include <fstream>
+#include <string>
+
+#include "host/listen/csv_row.hpp"
+
+namespace srd::host {
+namespace {
+
+// Takes the cell in front off the line.
+std::string_view take_cell(std::string_view& line) {
+  const std::string_view cell = line.substr(0, line.find(','));
+  line.remove_prefix(std::min(line.size(), cell.size() + 1));
+  return cell;
+}
+
+bool parse(std::string_view cell, std::uint64_t& value) {
+  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
+  return error == std::errc{} && end == cell.data() + cell.size();
+}
+
+}  // namespace
+
+Outcome<Recorded> read_recorded(const std::filesystem::path& file) {
+  Recorded out;
+  std::ifstream in(file, std::ios::binary);
+  if (!in) return Problem{.what = "cannot read the file", .where = file.string()};
+  const auto not_ours = [&](std::uint64_t line, std::string found) {
+    return Problem{.what = "not a record of srd listen",
+                   .where = file.string() + ":" + std::to_string(line),
+                   .expected = line == 1 ? "node,boot,sequence,time_ns,..,A00,..,sd_A00,.." : "node,boot,sequence,..",
+                   .found = "'" + found.substr(0, 80) + "'",
+                   .advice = "another name, or --force to write the file anew"};
+  };
+  std::uint64_t number = 0;
+  for (std::string text; std::getline(in, text);) {
+    const bool whole = !in.eof();  // the last line has its end
+    ++number;
+    if (!whole && number > 1) break;
+    if (number == 1) {
+      out.modes = whole ? modes_of_header(text) : std::nullopt;
+      // A header cut short is the beginning of one.
+      const bool torn = !whole && (text.starts_with("node,boot,") || std::string_view("node,boot,").starts_with(text));
+      if (!out.modes && !torn) return not_ours(1, text);
+      if (torn) break;
+    } else {
+      std::string_view line = text;
+      const auto node = proto::NodeId::make(take_cell(line));
+      std::uint64_t boot = 0, sequence = 0;
+      if (!node || !parse(take_cell(line), boot) || !parse(take_cell(line), sequence) ||
+          sequence >= proto::kMaxSequence)
+        return not_ours(number, text);
+      out.frames[{*node, boot}].add(sequence);
+      ++out.rows;
+    }
+    out.whole_bytes += text.size() + 1;
+  }
+  return out;
+}
+
+}  // namespace srd::host

@@ -1,0 +1,24 @@
+// Which frames a CSV record has, read line by line: a long run's file is larger than memory.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+
+#include "drivers/support/problem.hpp"
+#include "dsp/optics/surface_model.hpp"
+#include "host/listen/sequence_set.hpp"
+
+namespace srd::host {
+
+struct Recorded {
+  std::optional<dsp::ModeList> modes;  // of the header; none: the file is empty or was cut within its header
+  std::map<proto::BootId, SequenceSet> frames;
+  std::uint64_t rows = 0;
+  std::uintmax_t whole_bytes = 0;  // up to the end of the last whole line
+};
+
+// kInput with file:line when the file is not a record of srd listen.
+[[nodiscard]] Outcome<Recorded> read_recorded(const std::filesystem::path& file);
+
+}  // namespace srd::host

@@ -1,0 +1,216 @@
+#include "host/listen/csv_record.hpp"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include <gtest/gtest.h>
+
+#include "host/listen/csv_row.hpp"
+#include "host/listen/recorded.hpp"
+#include "host/table/csv_table.hpp"
+
+namespace srd::host {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A folder that is gone afterwards.
+struct Folder {
+  Folder() {
+    std::string name = (fs::temp_directory_path() / "srd_csv_record_XXXXXX").string();
+    path = ::mkdtemp(name.data());
+  }
+  ~Folder() { fs::remove_all(path); }
+  fs::path path;
+};
+
+const proto::BootId kNode{*proto::NodeId::make("cam-1"), 18446744073709551615u};
+
+proto::CoefficientFrame frame_of(int parameters, float height) {
+  proto::CoefficientFrame frame;
+  frame.status = proto::FrameStatus::kOk;
+  frame.stamp = {1700000000123456789, ClockId::kRealtime, 0, 0};
+  frame.model.modes = dsp::ModeList::standard(parameters).value();
+  frame.model.lx = 200;
+  frame.model.ly = 400;
+  frame.refractive_index = 1.333f;
+  frame.centre_x_mm = 100;
+  frame.centre_y_mm = 200;
+  frame.coefficients.setZero(parameters);
+  frame.coefficients[0] = height;
+  if (parameters >= 3) frame.coefficients[1] = 2;  // B: X / Lx
+  frame.information.size = parameters;
+  for (int i = 0; i < parameters; ++i) {
+    frame.information.scale[static_cast<std::size_t>(i)] = 100.0f / 25000;
+    frame.information.entries[proto::InformationFactor::index(i, i)] = 25000;
+  }
+  frame.mean_error = 0.0625f;
+  frame.corners_expected = 100;
+  frame.corners_found = 90;
+  frame.corners_used = 80;
+  return frame;
+}
+
+std::string text_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+std::unique_ptr<CsvRecord> open(const fs::path& file, OpenMode mode) {
+  auto record = CsvRecord::open(file, mode);
+  EXPECT_TRUE(record.ok()) << (record.ok() ? "" : record.error().text());
+  return record.ok() ? std::move(*record) : nullptr;
+}
+
+void write(CsvRecord& record, std::uint64_t sequence, const proto::CoefficientFrame& frame) {
+  ASSERT_TRUE(record.write(kNode, sequence, frame).ok());
+  ASSERT_TRUE(record.flush().ok());
+}
+
+TEST(CsvRecord, WritesTheColumnsThatProgramsAgreeOn) {
+  const Folder folder;
+  const auto record = open(folder.path / "run.csv", OpenMode::kNew);
+  write(*record, 7, frame_of(3, 80.25f));
+  proto::CoefficientFrame none = frame_of(3, 0);
+  none.coefficients.resize(0);
+  none.information.size = 0;
+  none.status = proto::FrameStatus::kLost;
+  write(*record, 8, none);
+  proto::CoefficientFrame unsure = frame_of(3, 80);
+  unsure.information.size = 0;
+  write(*record, 9, unsure);
+  EXPECT_EQ(text_of(folder.path / "run.csv"),
+            "node,boot,sequence,time_ns,clock,status,n_expected,n_found,n_used,mean_error,metric,height_mm,"
+            "A00,B,C,sd_A00,sd_B,sd_C\n"
+            "cam-1,18446744073709551615,7,1700000000123456789,realtime,ok,100,90,80,0.0625,reprojection,81.25,"
+            "80.25,2,0,0.01,0.01,0.01\n"
+            "cam-1,18446744073709551615,8,1700000000123456789,realtime,lost,100,90,80,,reprojection,,,,,,,\n"
+            "cam-1,18446744073709551615,9,1700000000123456789,realtime,ok,100,90,80,0.0625,reprojection,81,80,2,0,,,\n");
+  EXPECT_EQ(text_of(folder.path / "run.models.csv"),
+            "node,boot,modes,lx_mm,ly_mm,x0_mm,y0_mm,refractive_index,centre_x_mm,centre_y_mm\n"
+            "cam-1,18446744073709551615,A00-B-C,200,400,0,0,1.333,100,200\n");
+  const auto table = CsvTable::read(folder.path / "run.csv");
+  ASSERT_TRUE(table.ok());
+  EXPECT_TRUE(std::isnan(table->numbers("A00").value()[1]));
+}
+
+TEST(CsvRecord, CoefficientsComeBackToTheLastBit) {
+  for (const float a : {1.0f / 3, 1e-7f, 123456.789f, -0.0f, std::nextafter(80.0f, 81.0f)}) {
+    proto::CoefficientFrame frame = frame_of(1, a);
+    std::string row = csv_header(frame.model.modes);
+    append_csv_row(kNode, 0, frame, row);
+    const auto back = CsvTable::parse(row, "row").value().numbers("A00").value();
+    EXPECT_EQ(static_cast<float>(back[0]), a);
+  }
+}
+
+TEST(CsvRecord, RefusesAnExistingFileUnlessForced) {
+  const Folder folder;
+  const fs::path file = folder.path / "run.csv";
+  std::ofstream(file) << "precious\n";
+  const auto refused = CsvRecord::open(file, OpenMode::kNew);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().exit, Exit::kUsage);
+  EXPECT_EQ(refused.error().where, file.string());
+  EXPECT_EQ(text_of(file), "precious\n");
+  EXPECT_FALSE(CsvRecord::open(file, OpenMode::kAppend).ok());  // not ours
+  EXPECT_EQ(text_of(file), "precious\n");
+  write(*open(file, OpenMode::kReplace), 0, frame_of(1, 1));
+  EXPECT_TRUE(text_of(file).starts_with("node,boot,"));
+  EXPECT_FALSE(CsvRecord::open(folder.path / "no" / "such" / "folder.csv", OpenMode::kNew).ok());
+}
+
+TEST(CsvRecord, AppendingKnowsWhatIsThere) {
+  const Folder folder;
+  const fs::path file = folder.path / "run.csv";
+  {
+    const auto record = open(file, OpenMode::kAppend);  // starts one that is not there
+    for (const std::uint64_t s : {5, 6, 7, 9}) write(*record, s, frame_of(3, 1));
+  }
+  const std::string before = text_of(file);
+  const auto record = open(file, OpenMode::kAppend);
+  ASSERT_EQ(record->recorded().size(), 1u);
+  EXPECT_EQ(record->recorded().at(kNode).ranges(), (std::vector<proto::SequenceRange>{{5, 8}, {9, 10}}));
+  write(*record, 10, frame_of(3, 2));
+  EXPECT_TRUE(text_of(file).starts_with(before));
+  EXPECT_EQ(CsvTable::read(file).value().rows(), 5u);
+  EXPECT_EQ(CsvTable::read(folder.path / "run.models.csv").value().rows(), 1u);
+}
+
+TEST(CsvRecord, CutAtAnyByteIsContinuedFromTheLastWholeRow) {
+  const Folder folder;
+  const fs::path whole = folder.path / "whole.csv";
+  {
+    const auto record = open(whole, OpenMode::kNew);
+    for (std::uint64_t s = 0; s < 3; ++s) write(*record, s, frame_of(1, 80.5f));
+  }
+  const std::string text = text_of(whole);
+  const std::size_t header = text.find('\n') + 1;
+  const std::size_t row = (text.size() - header) / 3;
+  for (std::size_t bytes = 0; bytes <= text.size(); ++bytes) {
+    const fs::path file = folder.path / "cut.csv";
+    std::ofstream(file, std::ios::binary) << text.substr(0, bytes);
+    const std::uint64_t rows = bytes < header ? 0 : (bytes - header) / row;
+    const auto record = open(file, OpenMode::kAppend);
+    ASSERT_TRUE(record) << bytes;
+    ASSERT_EQ(record->recorded().size(), rows > 0 ? 1u : 0u) << bytes;
+    if (rows > 0) {
+      ASSERT_EQ(record->recorded().at(kNode).end(), rows);
+    }
+    for (std::uint64_t s = rows; s < 3; ++s) ASSERT_TRUE(record->write(kNode, s, frame_of(1, 80.5f)).ok());
+    ASSERT_TRUE(record->flush().ok());
+    ASSERT_EQ(text_of(file), text) << bytes;
+  }
+}
+
+TEST(CsvRecord, EachListOfModesHasItsFile) {
+  const Folder folder;
+  const fs::path file = folder.path / "run.csv";
+  const proto::BootId other{*proto::NodeId::make("cam-2"), 2};
+  {
+    const auto record = open(file, OpenMode::kNew);
+    write(*record, 0, frame_of(5, 1));
+    ASSERT_TRUE(record->write(other, 0, frame_of(3, 1)).ok());
+    ASSERT_TRUE(record->flush().ok());
+    EXPECT_EQ(record->files().size(), 2u);
+  }
+  EXPECT_EQ(CsvTable::read(file).value().words("node").value(), std::vector<std::string>{"cam-1"});
+  EXPECT_EQ(CsvTable::read(folder.path / "run.A00-B-C.csv").value().words("node").value(),
+            std::vector<std::string>{"cam-2"});
+  // The file beside it is as much the record as the first.
+  const auto record = open(file, OpenMode::kAppend);
+  EXPECT_TRUE(record->recorded().contains(other));
+  ASSERT_TRUE(record->write(other, 1, frame_of(3, 1)).ok());
+  ASSERT_TRUE(record->flush().ok());
+  EXPECT_EQ(CsvTable::read(folder.path / "run.A00-B-C.csv").value().rows(), 2u);
+  fs::remove(file);
+  fs::remove(folder.path / "run.models.csv");
+  EXPECT_FALSE(CsvRecord::open(file, OpenMode::kNew).ok());
+}
+
+TEST(CsvRecord, ForeignRowsAreAnErrorWithTheirLine) {
+  const Folder folder;
+  const fs::path file = folder.path / "run.csv";
+  std::ofstream(file) << csv_header(dsp::ModeList::standard(1).value()) << "cam,1,x,0\n";
+  const auto bad = read_recorded(file);
+  ASSERT_FALSE(bad.ok());
+  EXPECT_EQ(bad.error().where, file.string() + ":2");
+}
+
+TEST(CsvRow, HeaderNamesItsModes) {
+  for (const int n : {1, 3, 5, 8, 12}) {
+    const auto modes = dsp::ModeList::standard(n).value();
+    std::string header = csv_header(modes);
+    header.pop_back();
+    const auto back = modes_of_header(header);
+    ASSERT_TRUE(back.has_value());
+    EXPECT_TRUE(*back == modes);
+  }
+  EXPECT_FALSE(modes_of_header("node,boot").has_value());
+  EXPECT_FALSE(modes_of_header("").has_value());
+}
+
+}  // namespace
+}  // namespace srd::host

@@ -1,0 +1,246 @@
+// Every frame in the record, once and in order, over links and through deaths that a lab has.
+#include <algorithm>
+#include <map>
+
+#include <gtest/gtest.h>
+
+#include "tests/host/delivery_simulation.hpp"
+
+namespace srd::host {
+namespace {
+
+using testing::kMillisecond;
+using testing::kSecond;
+using testing::Row;
+using testing::SimulatedNode;
+using testing::Simulation;
+
+std::map<proto::BootId, std::vector<std::uint64_t>> by_boot(const Simulation& lab) {
+  std::map<proto::BootId, std::vector<std::uint64_t>> out;
+  for (const Row& row : lab.record) out[row.from].push_back(row.sequence);
+  return out;
+}
+
+proto::BootId boot_of(const char* node, std::uint64_t boot) { return {*proto::NodeId::make(node), boot}; }
+
+void expect_all_once_in_order(const std::vector<std::uint64_t>& sequences, std::uint64_t count) {
+  ASSERT_EQ(sequences.size(), count);
+  for (std::uint64_t i = 0; i < count; ++i) ASSERT_EQ(sequences[i], i);
+}
+
+testing::LinkFaults bad_link() { return {.loss = 0.3, .duplication = 0.1, .least_delay = kMillisecond, .most_delay = 20 * kMillisecond}; }
+
+void make_bad(SimulatedNode& node) { node.to_host.faults = node.to_node.faults = bad_link(); }
+
+TEST(Delivery, SurvivesABadLinkWithinASecond) {
+  Simulation lab;
+  for (std::uint64_t i = 1; i <= 3; ++i) make_bad(lab.add_node("node-" + std::to_string(i), i));
+  lab.start_host();
+  lab.run(60 * kSecond);
+  lab.end_nodes();
+  const auto boots = by_boot(lab);
+  ASSERT_EQ(boots.size(), 3u);
+  for (std::uint64_t i = 1; i <= 3; ++i) {
+    const SimulatedNode& node = *lab.nodes[i - 1];
+    EXPECT_GE(node.captured, 12000u);
+    expect_all_once_in_order(boots.at(boot_of(("node-" + std::to_string(i)).c_str(), i)), node.captured);
+    EXPECT_EQ(node.sender.unacknowledged(), 0u);
+    EXPECT_EQ(node.sender.counts().lost, 0u);
+    // No flood: with 30 % loss both ways each frame needs 1/0.7 datagrams at least.
+    EXPECT_LT(node.sender.counts().resent, node.captured);
+  }
+  std::vector<std::int64_t> delays;
+  for (const Row& row : lab.record) delays.push_back(row.recorded_ns - row.captured_ns);
+  std::sort(delays.begin(), delays.end());
+  const std::int64_t at_999 = delays[delays.size() * 999 / 1000];
+  RecordProperty("delay_ms_50", static_cast<int>(delays[delays.size() / 2] / kMillisecond));
+  RecordProperty("delay_ms_999", static_cast<int>(at_999 / kMillisecond));
+  RecordProperty("delay_ms_most", static_cast<int>(delays.back() / kMillisecond));
+  RecordProperty("resent_per_frame_percent",
+                 static_cast<int>(100 * lab.nodes[0]->sender.counts().resent / lab.nodes[0]->captured));
+  EXPECT_LE(at_999, kSecond);
+}
+
+TEST(Delivery, GoodLinkSendsEachFrameOnce) {
+  Simulation lab;
+  SimulatedNode& node = lab.add_node("n", 1);
+  lab.start_host();
+  lab.run(20 * kSecond);
+  lab.end_nodes();
+  lab.run(100 * kMillisecond);  // the goodbye is under way
+  expect_all_once_in_order(by_boot(lab).at(boot_of("n", 1)), node.captured);
+  EXPECT_EQ(node.sender.counts().resent, 0u);
+  EXPECT_EQ(lab.host->receiver().sources().begin()->second.stream.counts().duplicates, 0u);
+  EXPECT_TRUE(lab.host->receiver().sources().begin()->second.ended);
+}
+
+TEST(Delivery, NothingIsLostWhenTheLinkIsAwayForAMinute) {
+  Simulation lab;
+  SimulatedNode& node = lab.add_node("n", 1, {.ring_frames = 15000, .ring_bytes = 8 << 20});
+  make_bad(node);
+  lab.start_host();
+  lab.run(5 * kSecond);
+  node.to_host.faults.away = node.to_node.faults.away = true;
+  const std::uint64_t sent_before = node.sender.counts().datagrams;
+  lab.run(60 * kSecond);
+  const std::uint64_t sent_away = node.sender.counts().datagrams - sent_before;
+  RecordProperty("datagrams_per_second_while_away", static_cast<int>(sent_away / 60));
+  EXPECT_LT(sent_away, 60 * 400u);  // not a flood
+  node.to_host.faults.away = node.to_node.faults.away = false;
+  const std::int64_t back = lab.now;
+  while (lab.record.size() + 100 < node.captured) {
+    lab.step();
+    ASSERT_LT(lab.now, back + 60 * kSecond);
+  }
+  RecordProperty("seconds_to_catch_up", static_cast<int>((lab.now - back) / kSecond));
+  lab.run(5 * kSecond);
+  lab.end_nodes();
+  expect_all_once_in_order(by_boot(lab).at(boot_of("n", 1)), node.captured);
+  EXPECT_EQ(node.sender.counts().lost, 0u);
+}
+
+TEST(Delivery, NothingIsLostWhenTheHostIsKilledAndRestarted) {
+  Simulation lab;
+  for (std::uint64_t i = 1; i <= 3; ++i) make_bad(lab.add_node("n", i));
+  std::mt19937_64 random(7);
+  for (int life = 0; life < 12; ++life) {
+    lab.start_host();
+    lab.run(static_cast<std::int64_t>(random() % 3000) * kMillisecond);
+    lab.kill_host();
+    lab.run(static_cast<std::int64_t>(random() % 1500) * kMillisecond);
+  }
+  lab.start_host();
+  lab.run(5 * kSecond);
+  lab.end_nodes();
+  const auto boots = by_boot(lab);
+  for (std::uint64_t i = 1; i <= 3; ++i)
+    expect_all_once_in_order(boots.at(boot_of("n", i)), lab.nodes[i - 1]->captured);
+}
+
+// The camera has stopped: only the node's status tells the new host that there is something to fetch.
+TEST(Delivery, ANewHostFetchesWhatTheOldOneHadInMemoryOnly) {
+  Simulation lab;
+  SimulatedNode& node = lab.add_node("n", 1);
+  lab.start_host();
+  lab.run(kSecond);
+  // The first frame after this is lost, so all later ones wait in the host's memory.
+  node.to_host.faults.away = true;
+  lab.run(6 * kMillisecond);
+  node.to_host.faults.away = false;
+  for (int i = 0; i < 20; ++i) lab.step();
+  node.capturing = false;
+  lab.kill_host();
+  lab.run(3 * kSecond);
+  lab.start_host();
+  lab.run(3 * kSecond);
+  expect_all_once_in_order(by_boot(lab).at(boot_of("n", 1)), node.captured);
+}
+
+TEST(Delivery, NodeThatEndsNormallyLeavesNothingBehind) {
+  for (std::uint64_t run = 0; run < 20; ++run) {
+    Simulation lab;
+    SimulatedNode& node = lab.add_node("n", run);
+    make_bad(node);
+    lab.start_host();
+    lab.run(500 * kMillisecond);
+    const std::int64_t stopped = lab.now;
+    lab.end_nodes();
+    EXPECT_LT(lab.now - stopped, 5 * kSecond);
+    lab.run(100 * kMillisecond);
+    expect_all_once_in_order(by_boot(lab).at(boot_of("n", run)), node.captured);
+  }
+}
+
+TEST(Delivery, LingersFiveSecondsForAnAbsentHost) {
+  Simulation lab;
+  lab.add_node("n", 1);
+  lab.run(kSecond);
+  const std::int64_t stopped = lab.now;
+  lab.end_nodes();
+  EXPECT_GE(lab.now - stopped, 5 * kSecond);
+  EXPECT_LE(lab.now - stopped, 5 * kSecond + 10 * kMillisecond);
+  EXPECT_GT(lab.nodes[0]->sender.unacknowledged(), 0u);
+}
+
+TEST(Delivery, NamesTheRangeThatAFullRingLost) {
+  Simulation lab;
+  SimulatedNode& node = lab.add_node("n", 1, {.ring_frames = 1000});
+  lab.start_host();
+  lab.run(2 * kSecond);
+  const std::uint64_t before = lab.record.size();
+  node.to_host.faults.away = node.to_node.faults.away = true;
+  lab.run(20 * kSecond);  // 4000 frames, 1000 fit
+  node.to_host.faults.away = node.to_node.faults.away = false;
+  lab.run(10 * kSecond);
+  lab.end_nodes();
+  const Stream& stream = lab.host->receiver().sources().begin()->second.stream;
+  ASSERT_EQ(stream.lost_ranges().size(), 1u);
+  const proto::SequenceRange lost = stream.lost_ranges()[0];
+  EXPECT_GE(lost.begin, before - 10);
+  EXPECT_NEAR(static_cast<double>(lost.size()), 3000, 100);
+  EXPECT_EQ(stream.counts().lost, lost.size());
+  // The node cannot know that the host has the frames whose acknowledgement did not come through.
+  EXPECT_GE(node.sender.counts().lost, lost.size());
+  EXPECT_LE(node.sender.counts().lost, lost.size() + 20);
+  // All others are there, once and in order.
+  const auto sequences = by_boot(lab).at(boot_of("n", 1));
+  ASSERT_EQ(sequences.size() + lost.size(), node.captured);
+  for (std::uint64_t i = 0; i < sequences.size(); ++i)
+    ASSERT_EQ(sequences[i], i < lost.begin ? i : i + lost.size());
+}
+
+TEST(Delivery, NamesLostFramesToAHostThatStartsLater) {
+  Simulation lab;
+  lab.add_node("n", 1, {.ring_frames = 100});
+  lab.run(3 * kSecond);
+  lab.start_host();
+  lab.run(3 * kSecond);
+  const Stream& stream = lab.host->receiver().sources().begin()->second.stream;
+  ASSERT_EQ(stream.lost_ranges().size(), 1u);
+  EXPECT_EQ(stream.lost_ranges()[0].begin, 0u);
+  EXPECT_NEAR(static_cast<double>(stream.lost_ranges()[0].end), 500, 20);
+}
+
+TEST(Delivery, KilledNodeThatReturnsHasItsMissingTailNamed) {
+  Simulation lab;
+  SimulatedNode& first = lab.add_node("n", 1);
+  lab.start_host();
+  lab.run(kSecond);
+  // Ten frames stay on the way, later ones come through; then the node dies.
+  first.to_host.faults.away = true;
+  lab.run(20 * kMillisecond);
+  first.to_host.faults.away = false;
+  lab.run(10 * kMillisecond);
+  first.running = false;
+  lab.add_node("n", 2);
+  lab.run(10 * kSecond);
+  const auto& sources = lab.host->receiver().sources();
+  const Stream& stream = sources.at(boot_of("n", 1)).stream;
+  EXPECT_EQ(stream.waiting(), 0u);
+  ASSERT_EQ(stream.lost_ranges().size(), 1u);
+  EXPECT_EQ(stream.lost_ranges()[0].end - stream.lost_ranges()[0].begin, stream.counts().lost);
+  EXPECT_EQ(by_boot(lab).at(boot_of("n", 1)).back() + 1, stream.counts().delivered + stream.counts().lost);
+}
+
+TEST(Delivery, SourceThatCanWaitIsHeldBackInsteadOfLosingFrames) {
+  Simulation lab;
+  SimulatedNode& node = lab.add_node("n", 1, {.ring_frames = 50, .overwrite = false});
+  node.capturing = false;
+  lab.start_host();
+  std::uint64_t pushed = 0, waited = 0;
+  while (pushed < 5000) {
+    if (node.sender.full())
+      ++waited;
+    else
+      for (int i = 0; i < 10 && !node.sender.full(); ++i, ++pushed)
+        ASSERT_TRUE(node.sender.push(Simulation::frame_at(lab.now)));
+    lab.step();
+  }
+  lab.end_nodes();
+  EXPECT_GT(waited, 0u);
+  EXPECT_EQ(node.sender.counts().lost, 0u);
+  expect_all_once_in_order(by_boot(lab).at(boot_of("n", 1)), pushed);
+}
+
+}  // namespace
+}  // namespace srd::host
