@@ -1,0 +1,232 @@
+#include "drivers/camera/simulator/renderer.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "drivers/camera/simulator/stable_math.hpp"
+#include "drivers/support/text_file.hpp"
+
+namespace srd {
+
+namespace {
+
+constexpr double kPixelAreaVariance = 1.0 / 12;  // px^2, of a square pixel per axis
+constexpr double kMostGridError = 0.0003;        // px
+constexpr double kSpotReach = 5;                 // radii
+constexpr std::uint64_t kReferenceFrame = (std::uint64_t{1} << 47) - 1;  // its noise is no frame's
+
+double whole_blur(const Scene& scene) { return std::sqrt(scene.blur_px * scene.blur_px + kPixelAreaVariance); }
+
+std::unique_ptr<PatternMap> make_map(const Scene& scene, int step) {
+  return std::make_unique<PatternMap>(scene.view(), scene.width(), scene.height(), scene.pattern.square_mm,
+                                      whole_blur(scene), step);
+}
+
+}  // namespace
+
+DryTank dry_tank(const Scene& scene) {
+  DryTank dry{{}, dsp::Coefficients<double>(1), scene.media};
+  const dsp::Mode level;
+  dry.model.modes = dsp::ModeList::make({&level, 1}).value();
+  dry.media.water = dry.media.air;
+  double plates = 0;
+  for (int i = 0; i < scene.media.n_layers; ++i) plates += scene.media.layers[static_cast<std::size_t>(i)].thickness;
+  dry.coefficients[0] = plates + 1;  // mm; above the plates, so that every ray meets it first
+  return dry;
+}
+
+Renderer::Renderer(const Scene& scene)
+    : scene_(scene),
+      board_(scene.pattern.rows, scene.pattern.columns, scene.pattern.border_squares, scene.pattern.origin_dark,
+             scene.pattern.margin),
+      noise_(scene.seed, scene.noise) {
+  const auto width = static_cast<std::size_t>(scene.width());
+  for (auto* values : {&pattern_row_.x, &pattern_row_.y, &pattern_row_.wx, &pattern_row_.wy, &pattern_row_.rho, &levels_})
+    values->resize(width);
+  levels_q8_.resize(width);
+  for (const GlareSpot& spot : scene.glare) {
+    PlacedSpot placed;
+    placed.columns.resize(static_cast<std::size_t>(2 * kSpotReach * spot.radius_px) + 3);
+    spots_.push_back(std::move(placed));
+  }
+}
+
+// Over the longest period of the motion, a minute at most.
+double Renderer::sampled_grid_error() {
+  constexpr int kSamples = 6;
+  double period = 0;
+  for (const ModeMotion& motion : scene_.motions)
+    if (motion.frequency_hz > 0) period = std::max(period, 1 / motion.frequency_hz);
+  period = std::min(period, 60.0);
+  double worst = 0;
+  for (int i = 0; i < kSamples; ++i) {
+    const double time = period * (i + 0.3) / kSamples;
+    map_->trace(scene_.surface, scene_.coefficients(static_cast<std::uint64_t>(time * scene_.rate_hz)), scene_.media);
+    worst = std::max(worst, map_->interpolation_error());
+    if (period == 0) break;
+  }
+  return worst;
+}
+
+Outcome<Renderer> Renderer::make(const Scene& scene) {
+  const auto problem = [&](std::string what, std::string expected, std::string found, std::string advice) {
+    return Problem{Exit::kUsage,         "scene: " + std::move(what), scene.name,
+                   std::move(expected), std::move(found),            std::move(advice)};
+  };
+  const auto pixels = truth_pixels(scene, 0);
+  if (!pixels)
+    return problem("a corner of the pattern cannot be seen through the water", "a camera above the water",
+                   to_string(pixels.error()), "check the pose, the distortion and the modes");
+  Renderer renderer(scene);
+  for (const int step : {8, 4, 2, 1}) {
+    renderer.map_ = make_map(scene, step);
+    renderer.grid_error_px_ = step == 1 ? 0 : renderer.sampled_grid_error();
+    if (renderer.grid_error_px_ <= kMostGridError) break;
+  }
+  // Neighbouring edges must not blur into each other: looked at where the corners are.
+  renderer.map_->trace(scene.surface, scene.coefficients(0), scene.media);
+  for (const dsp::Vec2<double>& pixel : *pixels) {
+    const auto u = std::lround(pixel.x()), v = std::lround(pixel.y());
+    if (u < 0 || v < 0 || u >= scene.width() || v >= scene.height()) continue;
+    renderer.map_->row(static_cast<int>(v), renderer.pattern_row_);
+    const auto at = static_cast<std::size_t>(u);
+    const double narrowest = std::min(renderer.pattern_row_.wx[at], renderer.pattern_row_.wy[at]);
+    if (!(narrowest >= FilteredCheckerboard::kLeastWeight))
+      return problem("the squares are too small for the blur",
+                     "squares of at least 8 times the blur and pixel together, " +
+                         number_text(std::round(80 * whole_blur(scene)) / 10) + " px",
+                     number_text(std::round(10 * narrowest * whole_blur(scene)) / 10) + " px",
+                     "use larger squares, less blur or a closer camera");
+  }
+  return renderer;
+}
+
+void Renderer::place_glare(std::uint64_t frame) {
+  const double time = static_cast<double>(frame) / scene_.rate_hz;
+  // A spot leaves the image before it comes in again.
+  const auto wrapped = [](double at, double reach, double side) {
+    const double span = side + 2 * reach;
+    const double turned = std::fmod(at + reach, span);
+    return (turned < 0 ? turned + span : turned) - reach;
+  };
+  for (std::size_t i = 0; i < spots_.size(); ++i) {
+    const GlareSpot& spot = scene_.glare[i];
+    PlacedSpot& placed = spots_[i];
+    const double reach = kSpotReach * spot.radius_px;
+    const double u = wrapped(spot.u_px + spot.speed_u_px_s * time, reach, scene_.width());
+    placed.v = wrapped(spot.v_px + spot.speed_v_px_s * time, reach, scene_.height());
+    placed.radius = spot.radius_px;
+    placed.peak = spot.peak;
+    placed.first = std::max(0, static_cast<int>(std::ceil(u - reach)));
+    const int last = std::min(scene_.width() - 1, static_cast<int>(std::floor(u + reach)));
+    placed.count = std::clamp(last - placed.first + 1, 0, static_cast<int>(placed.columns.size()));
+    for (int k = 0; k < placed.count; ++k) {
+      const double d = (placed.first + k - u) / spot.radius_px;
+      placed.columns[static_cast<std::size_t>(k)] = static_cast<float>(stable::exp_negative(-0.5 * d * d));
+    }
+  }
+}
+
+void Renderer::levels_row(int v, bool glare) {
+  map_->row(v, pattern_row_);
+  const Light& light = scene_.light;
+  const int width = scene_.width();
+  // Brightness against the image's centre: 1 + slope along the direction - fall with the squared distance.
+  const double cu = 0.5 * (width - 1), cv = 0.5 * (scene_.height() - 1);
+  const double du = std::cos(light.gradient_direction_rad), dv = std::sin(light.gradient_direction_rad);
+  const double slope = light.gradient_percent / 100 / (2 * (std::abs(du) * cu + std::abs(dv) * cv));
+  const double fall = light.vignette_percent / 100 / (cu * cu + cv * cv);
+  const double y = v - cv;
+  const auto constant = static_cast<float>(1 + slope * dv * y - fall * y * y);
+  const auto linear = static_cast<float>(slope * du), square = static_cast<float>(-fall);
+  const auto dark = static_cast<float>(light.dark), contrast = static_cast<float>(light.bright - light.dark);
+  const bool even = linear == 0 && square == 0;
+  for (int u = 0; u < width; ++u) {
+    const auto at = static_cast<std::size_t>(u);
+    const float wx = pattern_row_.wx[at];
+    float level = 0;  // no pattern in sight: the inside of the tank
+    if (wx > 0) level = board_.level(pattern_row_.x[at], pattern_row_.y[at], wx, pattern_row_.wy[at], pattern_row_.rho[at]);
+    const float x = static_cast<float>(u) - static_cast<float>(cu);
+    const float gain = even ? constant : constant + x * (linear + x * square);
+    levels_[at] = (dark + contrast * level) * std::max(gain, 0.0F);
+  }
+  if (!glare) return;
+  for (const PlacedSpot& spot : spots_) {
+    const double d = (v - spot.v) / spot.radius;
+    if (std::abs(d) > kSpotReach) continue;
+    const auto factor = static_cast<float>(spot.peak * stable::exp_negative(-0.5 * d * d));
+    for (int k = 0; k < spot.count; ++k)
+      levels_[static_cast<std::size_t>(spot.first + k)] += factor * spot.columns[static_cast<std::size_t>(k)];
+  }
+}
+
+void Renderer::finish(std::uint64_t frame, bool glare, const GrayBuffer& image) {
+  assert(image.width == scene_.width() && image.height == scene_.height());
+  for (int v = 0; v < image.height; ++v) {
+    levels_row(v, glare);
+    for (std::size_t u = 0; u < levels_.size(); ++u)
+      levels_q8_[u] = static_cast<std::int32_t>(levels_[u] * 256 + 0.5F);
+    noise_.finish_row(frame, v, levels_q8_, image.pixels + static_cast<std::int64_t>(v) * image.stride_bytes);
+  }
+}
+
+void Renderer::render(std::uint64_t frame, const GrayBuffer& image) {
+  map_->trace(scene_.surface, scene_.coefficients(frame), scene_.media);
+  place_glare(frame);
+  finish(frame, true, image);
+}
+
+void Renderer::render_reference(const GrayBuffer& image) {
+  const DryTank dry = dry_tank(scene_);
+  map_->trace(dry.model, dry.coefficients, dry.media);
+  finish(kReferenceFrame, false, image);
+}
+
+void Renderer::render_levels(std::uint64_t frame, std::span<float> levels) {
+  map_->trace(scene_.surface, scene_.coefficients(frame), scene_.media);
+  place_glare(frame);
+  for (int v = 0; v < scene_.height(); ++v) {
+    levels_row(v, true);
+    std::copy(levels_.begin(), levels_.end(), levels.begin() + static_cast<std::ptrdiff_t>(v) * scene_.width());
+  }
+}
+
+void Renderer::render_levels(const dsp::Coefficients<double>& coefficients, std::span<float> levels) {
+  map_->trace(scene_.surface, coefficients, scene_.media);
+  for (int v = 0; v < scene_.height(); ++v) {
+    levels_row(v, false);
+    std::copy(levels_.begin(), levels_.end(), levels.begin() + static_cast<std::ptrdiff_t>(v) * scene_.width());
+  }
+}
+
+namespace {
+
+Result<std::vector<dsp::Vec2<double>>> pixels_of(const Scene& scene, const dsp::SurfaceModel<double>& model,
+                                                 const dsp::Coefficients<double>& a, const dsp::Media<double>& media) {
+  std::vector<dsp::Vec2<double>> pixels;
+  const dsp::View<double> view = scene.view();
+  for (const dsp::Vec3<double>& point : scene.points()) {
+    const auto start = view.normalised(point);
+    if (!start) return start.error();
+    dsp::Trace<double> traced;
+    dsp::Mat2<double> by_xy;
+    const auto xy = dsp::see_through(view, model, a, media, point, *start, traced, by_xy);
+    if (!xy) return xy.error();
+    pixels.push_back(view.camera.pixel(*xy));
+  }
+  return pixels;
+}
+
+}  // namespace
+
+Result<std::vector<dsp::Vec2<double>>> truth_pixels(const Scene& scene, std::uint64_t frame) {
+  return pixels_of(scene, scene.surface, scene.coefficients(frame), scene.media);
+}
+
+Result<std::vector<dsp::Vec2<double>>> dry_truth_pixels(const Scene& scene) {
+  const DryTank dry = dry_tank(scene);
+  return pixels_of(scene, dry.model, dry.coefficients, dry.media);
+}
+
+}  // namespace srd
