@@ -1,9 +1,9 @@
-// Where the next frame's fit starts: the four previous surfaces, their linear extrapolation, the configured guess.
-// Optics (16). No heap; times only by their differences, ns.
+// Where the next fit may start: the last surfaces, their trend, the configured guess. Optics (16).
+// The estimator takes the one that costs least on the new corners. One thread per object; no heap.
 #pragma once
 
-#include <algorithm>
 #include <array>
+#include <cassert>
 #include <cstdint>
 #include <span>
 
@@ -14,60 +14,88 @@ namespace srd::dsp {
 template <class S>
 class StartHistory {
  public:
-  StartHistory() = default;
-  explicit StartHistory(const Coefficients<S>& guess) : guess_(guess), predicted_(guess) {}
+  static constexpr int kKept = 4;         // surfaces
+  static constexpr int kMost = kKept + 2;  // starts
+  // A trend is drawn out to at most this many times the two frames' own distance in time: beyond, it leads away.
+  static constexpr std::int64_t kFarthest = 4;
 
-  // A surface of this frame. A time that does not advance starts the trend anew.
-  void add(std::int64_t time_ns, const Coefficients<S>& a) {
-    for (std::size_t i = kDepth - 1; i > 0; --i) previous_[i] = previous_[i - 1];
-    previous_[0] = {time_ns, a};
-    count_ = std::min(count_ + 1, kDepth);
-    missed_ = 0;
-    if (count_ > 1 && previous_[1].time_ns >= time_ns) count_ = 1;
-  }
-  // A frame without a surface. After kPatience of them in a row the past says nothing any more.
-  void miss() {
-    if (++missed_ > kPatience) count_ = 0;
-  }
-  void reset() { count_ = 0; }
+  enum class Kind : std::uint8_t { kPrevious, kTrend, kGuess };
 
-  [[nodiscard]] bool any() const { return count_ > 0; }
-  // The newest surface, or the guess.
-  [[nodiscard]] const Coefficients<S>& last() const { return count_ > 0 ? previous_[0].a : guess_; }
+  explicit StartHistory(const Coefficients<S>& guess) : guess_(guess) {}
 
-  // The surface expected at a time: the last one moved on by its trend, at most kFarthest frame intervals.
-  [[nodiscard]] const Coefficients<S>& predicted(std::int64_t time_ns) {
-    if (count_ < 2) return predicted_ = last();
-    const S interval = static_cast<S>(previous_[0].time_ns - previous_[1].time_ns);
-    const S ahead = static_cast<S>(time_ns - previous_[0].time_ns) / interval;
-    // Backwards, or so far ahead that a trend is worth nothing.
-    if (!(ahead > 0) || ahead > kFarthest) return predicted_ = last();
-    return predicted_ = previous_[0].a + ahead * (previous_[0].a - previous_[1].a);
+  // A frame's surface. Frames without one are simply not added: times tell how many are missing. One that is not
+  // finite, or has another number of coefficients than the guess, is not taken. A time before the newest means another
+  // clock or a recording begun again: what was known is forgotten. The newest time again replaces the newest.
+  void add(std::int64_t time_ns, const Coefficients<S>& surface) {
+    if (surface.size() != guess_.size() || !surface.allFinite()) return;
+    if (size_ > 0 && time_ns < at(0).time_ns) size_ = 0;
+    if (size_ == 0 || time_ns > at(0).time_ns) {
+      newest_ = (newest_ + 1) % kKept;
+      if (size_ < kKept) ++size_;
+    }
+    surfaces_[static_cast<std::size_t>(newest_)] = {time_ns, surface};
   }
 
-  // All starts, the likeliest first: one to six.
+  // After a change of model, pose or source.
+  void reset() { size_ = 0; }
+  void reset(const Coefficients<S>& guess) {
+    guess_ = guess;
+    size_ = 0;
+  }
+
+  // For a frame at time_ns: previous surfaces, newest first; their trend, where two are known and the time lies at most
+  // kFarthest of their distance after the newest; the guess. At least one; valid until the next call.
   [[nodiscard]] std::span<const Coefficients<S>> starts(std::int64_t time_ns) {
-    std::size_t n = 0;
-    starts_[n++] = predicted(time_ns);
-    for (std::size_t i = 0; i < count_; ++i) starts_[n++] = previous_[i].a;
-    starts_[n++] = guess_;
-    return std::span(starts_).first(n);
+    n_starts_ = 0;
+    for (int i = 0; i < size_; ++i) push(at(i).surface, Kind::kPrevious);
+    if (has_trend(time_ns)) push(trend(time_ns), Kind::kTrend);
+    push(guess_, Kind::kGuess);
+    return std::span(starts_).first(static_cast<std::size_t>(n_starts_));
   }
+  // Of the last call's start i.
+  [[nodiscard]] Kind kind(int i) const {
+    assert(i >= 0 && i < n_starts_);
+    return kinds_[static_cast<std::size_t>(i)];
+  }
+
+  // The surface to expect at time_ns, before its corners are known: the trend, else the newest, else the guess.
+  [[nodiscard]] Coefficients<S> expected(std::int64_t time_ns) const {
+    if (has_trend(time_ns)) return trend(time_ns);
+    return size_ > 0 ? at(0).surface : guess_;
+  }
+
+  [[nodiscard]] int size() const { return size_; }
 
  private:
-  static constexpr std::size_t kDepth = 4;
-  static constexpr int kPatience = 25;
-  static constexpr S kFarthest = 3;
-
-  struct Past {
+  struct Known {
     std::int64_t time_ns = 0;
-    Coefficients<S> a;
+    Coefficients<S> surface;
   };
-  Coefficients<S> guess_, predicted_;
-  std::array<Past, kDepth> previous_{};
-  std::size_t count_ = 0;
-  int missed_ = 0;
-  std::array<Coefficients<S>, kDepth + 2> starts_{};
+
+  // i-th newest.
+  [[nodiscard]] const Known& at(int i) const {
+    return surfaces_[static_cast<std::size_t>((newest_ + kKept - i) % kKept)];
+  }
+  [[nodiscard]] bool has_trend(std::int64_t time_ns) const {
+    if (size_ < 2 || time_ns <= at(0).time_ns) return false;
+    return (time_ns - at(0).time_ns) / kFarthest <= at(0).time_ns - at(1).time_ns;
+  }
+  [[nodiscard]] Coefficients<S> trend(std::int64_t time_ns) const {
+    const S ratio = static_cast<S>(static_cast<double>(time_ns - at(0).time_ns) /
+                                   static_cast<double>(at(0).time_ns - at(1).time_ns));
+    return at(0).surface + ratio * (at(0).surface - at(1).surface);
+  }
+  void push(const Coefficients<S>& surface, Kind kind) {
+    starts_[static_cast<std::size_t>(n_starts_)] = surface;
+    kinds_[static_cast<std::size_t>(n_starts_++)] = kind;
+  }
+
+  Coefficients<S> guess_;
+  std::array<Known, kKept> surfaces_{};
+  int size_ = 0, newest_ = 0;
+  std::array<Coefficients<S>, kMost> starts_{};
+  std::array<Kind, kMost> kinds_{};
+  int n_starts_ = 0;
 };
 
 }  // namespace srd::dsp

@@ -10,11 +10,12 @@ namespace srd::dsp {
 namespace {
 constexpr std::int32_t kUsualBlurQ12 = 4096;  // 1 px, until a corner tells better
 constexpr int kMaxDetections = 4000;
+constexpr int kPatience = 25;  // frames without a surface after which the last one says nothing any more
 }  // namespace
 
 template <class S>
-SurfaceTracker<S>::SurfaceTracker(SurfaceEstimator<S> estimator, const Pattern& pattern)
-    : pattern_(pattern), estimator_(std::move(estimator)) {}
+SurfaceTracker<S>::SurfaceTracker(SurfaceEstimator<S> estimator, const Pattern& pattern, const Coefficients<S>& guess)
+    : pattern_(pattern), estimator_(std::move(estimator)), history_(guess), guess_(guess) {}
 
 template <class S>
 Result<SurfaceTracker<S>> SurfaceTracker<S>::make(std::span<const CameraSetup<S>> cameras, const Pattern& pattern,
@@ -28,12 +29,10 @@ Result<SurfaceTracker<S>> SurfaceTracker<S>::make(std::span<const CameraSetup<S>
   Result<SurfaceEstimator<S>> made = SurfaceEstimator<S>::make(model, media, points, estimator,
                                                                pattern.size() * static_cast<int>(cameras.size()));
   if (!made) return made.error();
-  SurfaceTracker tracker(std::move(made).value(), pattern);
+  SurfaceTracker tracker(std::move(made).value(), pattern, guess);
   tracker.points_ = std::move(points);
-  tracker.guess_ = guess;
   tracker.options_ = options;
   tracker.track_ = {options.detector.response, options.detector.threshold, options.detector.fit};
-  tracker.history_ = StartHistory<S>(guess);
   if (tracker.options_.min_corners <= 0) tracker.options_.min_corners = (model.modes.size() + 1) / 2 + 2;
   tracker.polarity_known_ = pattern.first_square() != FirstSquare::kUnknown;
   tracker.bright_origin_ = pattern.first_square() == FirstSquare::kBright;
@@ -79,17 +78,18 @@ const FrameResult<S>& SurfaceTracker<S>::process(std::span<const GrayView> image
   const std::span<const Coefficients<S>> starts = history_.starts(time_ns);
   TrackStatus status = TrackStatus::kNoPattern;
   if (state_ == TrackState::kTracking) {
+    const Coefficients<S> expected = history_.expected(time_ns);
     for (std::size_t c = 0; c < cameras_.size(); ++c) {
-      predict_all(cameras_[c], history_.predicted(time_ns));
+      predict_all(cameras_[c], expected);
       follow(cameras_[c], images[c]);
     }
     status = estimate(starts);
   }
   if (status != TrackStatus::kOk) {
     // Lost, or never had: look everywhere, near the last surface first, then near the guess.
-    const std::array<const Coefficients<S>*, 2> origins{&history_.last(), &guess_};
+    const std::array<const Coefficients<S>*, 2> origins{&starts.front(), &guess_};
     for (const Coefficients<S>* from : origins) {
-      if (from == &guess_ && *from == history_.last()) break;
+      if (from == &guess_ && history_.size() == 0) break;  // the guess has had its turn
       TrackStatus found = TrackStatus::kOk;
       for (std::size_t c = 0; c < cameras_.size(); ++c) {
         predict_all(cameras_[c], *from);
@@ -108,11 +108,12 @@ const FrameResult<S>& SurfaceTracker<S>::process(std::span<const GrayView> image
 
   if (status == TrackStatus::kOk) {
     history_.add(time_ns, result_.estimate.coefficients);
+    missed_ = 0;
     state_ = TrackState::kTracking;
   } else {
     if (state_ == TrackState::kTracking) state_ = TrackState::kLost;
-    history_.miss();
-    if (!history_.any()) state_ = TrackState::kSearching;
+    if (++missed_ > kPatience) history_.reset();
+    if (history_.size() == 0) state_ = TrackState::kSearching;
   }
   result_.status = status;
   result_.state = state_;

@@ -92,7 +92,7 @@ class SurfaceTracker {
     std::unique_ptr<GridLabeller> labeller;
   };
 
-  explicit SurfaceTracker(SurfaceEstimator<S> estimator, const Pattern& pattern);
+  SurfaceTracker(SurfaceEstimator<S> estimator, const Pattern& pattern, const Coefficients<S>& guess);
 
   void predict_all(PerCamera& camera, const Coefficients<S>& a);
   void follow(PerCamera& camera, const GrayView& image);
@@ -123,6 +123,7 @@ class SurfaceTracker {
   bool bright_origin_ = false;     // the square towards +X +Y of W's origin is bright
   bool polarity_known_ = false;
   TrackState state_ = TrackState::kSearching;
+  int missed_ = 0;  // frames without a surface in a row
   FrameResult<S> result_;
 };
 

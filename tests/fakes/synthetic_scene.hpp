@@ -98,7 +98,8 @@ struct Scene {
     std::normal_distribution<double> normal(0, 1);
     for (std::size_t i = 0; i < points.size(); ++i) {
       Vec2<double> pixel = views[view].camera.pixel(seen(view, points[i]));
-      if (random != nullptr) pixel += noise_px * Vec2<double>(normal(*random), normal(*random));
+      if (random != nullptr)
+        for (double& coordinate : pixel) coordinate += noise_px * normal(*random);
       Observation<S> seen_corner;
       seen_corner.point = static_cast<int>(i);
       seen_corner.pixel = pixel.template cast<S>();
