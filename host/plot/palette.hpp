@@ -1,0 +1,24 @@
+// Colours that people with any colour vision can tell apart, also in grey print.
+#pragma once
+
+#include <string_view>
+
+#include "host/plot/scene.hpp"
+
+namespace srd::host {
+
+// Okabe & Ito, Color Universal Design (2008).
+inline constexpr Colour kBlack{0, 0, 0}, kOrange{230, 159, 0}, kSky{86, 180, 233}, kGreen{0, 158, 115},
+    kBlue{0, 114, 178}, kVermilion{213, 94, 0}, kPurple{204, 121, 167};
+
+inline constexpr Colour kInk{34, 34, 34}, kFaintInk{90, 90, 90}, kGrid{228, 228, 228}, kWhite{255, 255, 255};
+
+[[nodiscard]] constexpr Colour faded(Colour c, double opacity) { return {c.red, c.green, c.blue, opacity}; }
+
+// Viridis (Smith & van der Walt, 2015) at 0 to 1, dark to light; beyond the ends: the ends.
+[[nodiscard]] Colour viridis(double at);
+
+// One colour for each status of a frame without a surface.
+[[nodiscard]] Colour status_colour(std::string_view status);
+
+}  // namespace srd::host
