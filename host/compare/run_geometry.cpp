@@ -1,0 +1,117 @@
+#include "host/compare/run_geometry.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <CLI/CLI.hpp>
+
+#include "drivers/recording/rig.hpp"
+
+namespace srd::host {
+namespace {
+
+constexpr int kGridSteps = 20;
+
+std::string names_of(const dsp::ModeList& modes) {
+  std::string names;
+  for (const dsp::Mode& mode : modes) names += (names.empty() ? "" : " ") + std::string(mode.name().data());
+  return names;
+}
+
+// The run's node in the sidecar, nullopt when there is no sidecar.
+Outcome<std::optional<NodeModel>> from_sidecar(const CoefficientRun& run, const GeometryOptions& options) {
+  const std::filesystem::path file = options.model.value_or(model_sidecar_path(run.file));
+  std::error_code error;
+  if (!options.model && !std::filesystem::exists(file, error)) return std::optional<NodeModel>{};
+  const auto sidecar = read_model_sidecar(file);
+  if (!sidecar) return sidecar.error();
+  const NodeModel* node = sidecar->find(run.node);
+  if (node == nullptr)
+    return Problem{Exit::kUsage, "says nothing of node '" + run.node + "'", file.string(), "a [[node]] of that name"};
+  if (!(node->model.modes == run.modes))
+    return Problem{Exit::kUsage, "has other modes than " + run.file, file.string(), names_of(run.modes),
+                   names_of(node->model.modes), "give the file that was written with the coefficients"};
+  return std::optional(*node);
+}
+
+PatternExtent extent_of(const std::vector<dsp::Vec2<double>>& corners) {
+  PatternExtent e{corners[0].x(), corners[0].x(), corners[0].y(), corners[0].y()};
+  for (const auto& p : corners) {
+    e.x_min = std::min(e.x_min, p.x());
+    e.x_max = std::max(e.x_max, p.x());
+    e.y_min = std::min(e.y_min, p.y());
+    e.y_max = std::max(e.y_max, p.y());
+  }
+  return e;
+}
+
+std::vector<dsp::Vec2<double>> grid_over(const PatternExtent& e) {
+  std::vector<dsp::Vec2<double>> places;
+  for (int i = 0; i <= kGridSteps; ++i)
+    for (int j = 0; j <= kGridSteps; ++j)
+      places.emplace_back(e.x_min + (e.x_max - e.x_min) * i / kGridSteps,
+                          e.y_min + (e.y_max - e.y_min) * j / kGridSteps);
+  return places;
+}
+
+}  // namespace
+
+void add_geometry_options(CLI::App& command, GeometryOptions& options) {
+  command.add_option("--model", options.model, "Surface model beside the coefficients (default: FILE.csv.model.toml)");
+  command.add_option("--points", options.points, "The pattern's corners, x y z in mm a line");
+  const CLI::Validator length = CLI::Range(1e-3, 1e6), place = CLI::Range(-1e6, 1e6);
+  command.add_option("--lx", options.lx, "Length scale Lx, mm")->check(length);
+  command.add_option("--ly", options.ly, "Length scale Ly, mm")->check(length);
+  command.add_option("--x0", options.x0, "Model origin X0, mm (default 0)")->check(place);
+  command.add_option("--y0", options.y0, "Model origin Y0, mm (default 0)")->check(place);
+}
+
+Outcome<std::optional<RunGeometry>> resolve_geometry(const CoefficientRun& run, const GeometryOptions& options) {
+  const auto sidecar = from_sidecar(run, options);
+  if (!sidecar) return sidecar.error();
+  const bool any_option = options.points || options.lx || options.ly || options.x0 || options.y0;
+  if (!*sidecar && !any_option) return std::optional<RunGeometry>{};
+
+  RunGeometry geometry;
+  if (*sidecar) {
+    geometry.model = (*sidecar)->model;
+    geometry.refractive_index = (*sidecar)->refractive_index;
+  } else if (!options.lx || !options.ly) {
+    return Problem{Exit::kUsage, "the surface model's lengths are not known", run.file, "--lx and --ly, or --model",
+                   "no " + model_sidecar_path(run.file).filename().string(), ""};
+  }
+  geometry.model.modes = run.modes;
+  geometry.model.lx = options.lx.value_or(geometry.model.lx);
+  geometry.model.ly = options.ly.value_or(geometry.model.ly);
+  geometry.model.x0 = options.x0.value_or(geometry.model.x0);
+  geometry.model.y0 = options.y0.value_or(geometry.model.y0);
+
+  if (options.points) {
+    const auto points = read_points(*options.points);
+    if (!points) return points.error();
+    for (const auto& p : *points) geometry.corners.emplace_back(p.x(), p.y());
+    geometry.pattern = extent_of(geometry.corners);
+    geometry.places = geometry.corners;
+    if (geometry.pattern.x_min >= geometry.pattern.x_max || geometry.pattern.y_min >= geometry.pattern.y_max)
+      return Problem{Exit::kUsage, "the points lie on one line along an axis", options.points->string(),
+                     "points that span X and Y"};
+  } else if (*sidecar && (*sidecar)->pattern) {
+    geometry.pattern = *(*sidecar)->pattern;
+    geometry.places = grid_over(geometry.pattern);
+  } else {
+    return Problem{Exit::kUsage, "where the pattern lies is not known", run.file,
+                   "--points FILE, or pattern_x and pattern_y in the model file"};
+  }
+  return std::optional(std::move(geometry));
+}
+
+SurfaceSampler::SurfaceSampler(const dsp::SurfaceModel<double>& model, const std::vector<dsp::Vec2<double>>& places)
+    : basis_(static_cast<Eigen::Index>(places.size()), model.modes.size()) {
+  dsp::Basis<double> basis;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    model.basis(places[i].x(), places[i].y(), basis);
+    basis_.row(static_cast<Eigen::Index>(i)) = basis.value.transpose();
+  }
+}
+
+}  // namespace srd::host

@@ -1,0 +1,164 @@
+#include "host/table/model_sidecar.hpp"
+
+#include <system_error>
+#include <utility>
+
+#include "drivers/support/text_file.hpp"
+#include "drivers/support/toml_reader.hpp"
+
+namespace srd::host {
+namespace {
+
+constexpr double kMostMm = 1e6;  // a kilometre: beyond any flume
+
+// With a point, so that TOML keeps it a real number.
+std::string number(double x) {
+  std::string text = number_text(x);
+  if (text.find_first_of(".e") == std::string::npos) text += ".0";
+  return text;
+}
+
+std::string in_quotes(std::string_view text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') {
+      out += '\\';
+      out += c;
+    } else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
+      constexpr std::string_view kHex = "0123456789ABCDEF";
+      const auto code = static_cast<unsigned char>(c);
+      out += "\\u00";
+      out += kHex[code >> 4U];
+      out += kHex[code & 15U];
+    } else {
+      out += c;
+    }
+  }
+  return out + "\"";
+}
+
+std::optional<dsp::ModeList> read_modes(TomlTable& table) {
+  const auto names = table.texts("modes");
+  if (!names) {
+    if (!table.has("modes")) table.missing("modes", "a list of mode names, as [\"A00\", \"B\", \"C\"]");
+    return std::nullopt;
+  }
+  std::vector<dsp::Mode> modes;
+  for (const std::string& name : *names) {
+    const auto mode = dsp::Mode::parse(name);
+    if (!mode) {
+      table.complain("modes", "names like A00, B, C, A21", "\"" + name + "\"");
+      return std::nullopt;
+    }
+    modes.push_back(*mode);
+  }
+  const auto list = dsp::ModeList::make(modes);
+  if (!list) {
+    table.complain("modes", "1 to " + std::to_string(dsp::kMaxModes) + " different modes",
+                   std::to_string(modes.size()) + " names, or one of them twice");
+    return std::nullopt;
+  }
+  return *list;
+}
+
+double required(TomlTable& table, std::string_view key, const NumberRange& range, const std::string& meaning) {
+  const auto value = table.number(key, range);
+  if (!value && !table.has(key)) table.missing(key, meaning);
+  return value.value_or(range.least);
+}
+
+std::optional<PatternExtent> read_extent(TomlTable& table) {
+  const NumberRange range{-kMostMm, kMostMm, "mm"};
+  const auto x = table.numbers("pattern_x", 2, range);
+  const auto y = table.numbers("pattern_y", 2, range);
+  if (table.has("pattern_x") != table.has("pattern_y"))
+    table.missing(table.has("pattern_x") ? "pattern_y" : "pattern_x", "both of pattern_x and pattern_y, or none");
+  if (x && (*x)[0] >= (*x)[1]) table.complain("pattern_x", "[least, most]", "least not below most");
+  if (y && (*y)[0] >= (*y)[1]) table.complain("pattern_y", "[least, most]", "least not below most");
+  if (!x || !y) return std::nullopt;
+  return PatternExtent{(*x)[0], (*x)[1], (*y)[0], (*y)[1]};
+}
+
+Outcome<ModelSidecar> read(const TomlFile& file) {
+  ModelSidecar sidecar;
+  TomlTable root = file.root();
+  std::vector<TomlTable> tables = root.tables("node");
+  if (!root.has("node")) root.missing("node", "one [[node]] table a node");
+  for (TomlTable& table : tables) {
+    NodeModel node;
+    const auto name = table.text("name");
+    if (!name && !table.has("name")) table.missing("name", "the node's name as in the CSV file");
+    node.node = name.value_or("");
+    if (name && sidecar.find(*name) != nullptr) table.complain("name", "every node once", "\"" + *name + "\" twice");
+    node.model.modes = read_modes(table).value_or(dsp::ModeList{});
+    const NumberRange length{1e-3, kMostMm, "mm"}, place{-kMostMm, kMostMm, "mm"};
+    node.model.lx = required(table, "lx", length, "length scale Lx, mm");
+    node.model.ly = required(table, "ly", length, "length scale Ly, mm");
+    node.model.x0 = required(table, "x0", place, "model origin X0, mm");
+    node.model.y0 = required(table, "y0", place, "model origin Y0, mm");
+    node.refractive_index = required(table, "refractive_index", {1.0, 2.0, ""}, "index of the water");
+    node.pattern = read_extent(table);
+    sidecar.nodes.push_back(std::move(node));
+  }
+  if (auto done = file.finish(); !done) return done.error();
+  return sidecar;
+}
+
+}  // namespace
+
+const NodeModel* ModelSidecar::find(std::string_view node) const {
+  for (const NodeModel& candidate : nodes)
+    if (candidate.node == node) return &candidate;
+  return nullptr;
+}
+
+std::filesystem::path model_sidecar_path(const std::filesystem::path& csv) {
+  std::filesystem::path path = csv;
+  path += ".model.toml";
+  return path;
+}
+
+Outcome<ModelSidecar> read_model_sidecar(const std::filesystem::path& file) {
+  const auto toml = TomlFile::load(file);
+  if (!toml) return toml.error();
+  return read(*toml);
+}
+
+Outcome<ModelSidecar> parse_model_sidecar(std::string_view text, const std::string& name) {
+  const auto toml = TomlFile::parse(text, name);
+  if (!toml) return toml.error();
+  return read(*toml);
+}
+
+std::string model_sidecar_text(const ModelSidecar& sidecar) {
+  std::string out = "# The surface model behind the coefficients of the CSV file beside this one. Lengths in mm.\n";
+  for (const NodeModel& node : sidecar.nodes) {
+    std::string modes;
+    for (const dsp::Mode& mode : node.model.modes) {
+      if (!modes.empty()) modes += ", ";
+      modes += in_quotes(mode.name().data());
+    }
+    out += "\n[[node]]\nname = " + in_quotes(node.node) + "\nmodes = [" + modes + "]\n";
+    out += "lx = " + number(node.model.lx) + "\nly = " + number(node.model.ly) + "\n";
+    out += "x0 = " + number(node.model.x0) + "\ny0 = " + number(node.model.y0) + "\n";
+    out += "refractive_index = " + number(node.refractive_index) + "\n";
+    if (node.pattern) {
+      out += "pattern_x = [" + number(node.pattern->x_min) + ", " + number(node.pattern->x_max) + "]\n";
+      out += "pattern_y = [" + number(node.pattern->y_min) + ", " + number(node.pattern->y_max) + "]\n";
+    }
+  }
+  return out;
+}
+
+Outcome<void> write_model_sidecar(const std::filesystem::path& file, const ModelSidecar& sidecar) {
+  std::filesystem::path half = file;
+  half += ".part";
+  if (auto written = write_text_file(half, model_sidecar_text(sidecar)); !written) return written.error();
+  std::error_code error;
+  std::filesystem::rename(half, file, error);
+  if (error)
+    return Problem{Exit::kInput, "cannot be written", file.string(), "a file that may be replaced", error.message(), ""};
+  return {};
+}
+
+}  // namespace srd::host

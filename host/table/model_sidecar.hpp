@@ -1,0 +1,59 @@
+// F.csv.model.toml: the surface model behind the coefficients of F.csv, one [[node]] a node, lengths in mm:
+//   [[node]]
+//   name = "flume-1"
+//   modes = ["A00", "B", "C"]
+//   lx = 400.0
+//   ly = 800.0
+//   x0 = 0.0
+//   y0 = 0.0
+//   refractive_index = 1.333
+//   pattern_x = [0.0, 200.0]
+//   pattern_y = [0.0, 400.0]
+// The pattern's extent may be missing where the writer does not know it; everything else is required.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/support/problem.hpp"
+#include "dsp/optics/surface_model.hpp"
+
+namespace srd::host {
+
+// Smallest rectangle round the pattern's corners, mm, in W.
+struct PatternExtent {
+  double x_min = 0, x_max = 0, y_min = 0, y_max = 0;
+  [[nodiscard]] double x_centre() const { return 0.5 * (x_min + x_max); }
+  [[nodiscard]] double y_centre() const { return 0.5 * (y_min + y_max); }
+  friend bool operator==(const PatternExtent&, const PatternExtent&) = default;
+};
+
+struct NodeModel {
+  std::string node;
+  dsp::SurfaceModel<double> model;
+  double refractive_index = 1.333;  // of the water, against air 1
+  std::optional<PatternExtent> pattern;
+};
+
+struct ModelSidecar {
+  std::vector<NodeModel> nodes;
+  // nullptr when the file says nothing of it.
+  [[nodiscard]] const NodeModel* find(std::string_view node) const;
+};
+
+// "run.csv" -> "run.csv.model.toml", in the same folder.
+[[nodiscard]] std::filesystem::path model_sidecar_path(const std::filesystem::path& csv);
+
+// kUsage with file and line for a missing, unknown, wrong or repeated value.
+[[nodiscard]] Outcome<ModelSidecar> read_model_sidecar(const std::filesystem::path& file);
+[[nodiscard]] Outcome<ModelSidecar> parse_model_sidecar(std::string_view text, const std::string& name);
+
+// The file's contents; reads back as the same numbers.
+[[nodiscard]] std::string model_sidecar_text(const ModelSidecar& sidecar);
+// Replaces the file at once (a reader sees the old or the new one). kInput when it cannot be written.
+[[nodiscard]] Outcome<void> write_model_sidecar(const std::filesystem::path& file, const ModelSidecar& sidecar);
+
+}  // namespace srd::host

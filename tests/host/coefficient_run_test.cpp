@@ -1,0 +1,103 @@
+#include "host/table/coefficient_run.hpp"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+namespace srd::host {
+namespace {
+
+const std::string kHeader =
+    "node,boot,sequence,time_ns,clock,status,n_expected,n_found,n_used,mean_error,metric,height_mm,A00,B,sd_A00,sd_B\n";
+
+std::string row(const std::string& node, const std::string& boot, int sequence, int time, const std::string& status,
+                const std::string& values) {
+  return node + "," + boot + "," + std::to_string(sequence) + "," + std::to_string(time) + ",monotonic," + status +
+         ",20,19,18,0.02,reprojection," + values + "\n";
+}
+
+Outcome<CoefficientRun> run_of(const std::string& text, const std::string& node = "") {
+  const auto table = CsvTable::parse(text, "run.csv");
+  if (!table) return table.error();
+  return coefficient_run(*table, "run.csv", node);
+}
+
+void expect_problem(const Outcome<CoefficientRun>& run, const std::string& where, const std::string& says) {
+  ASSERT_FALSE(run);
+  EXPECT_EQ(where, run.error().where);
+  EXPECT_NE(std::string::npos, run.error().text().find(says)) << run.error().text();
+}
+
+TEST(CoefficientRun, ReadsSurfacesAndFailures) {
+  const auto run = run_of(kHeader + row("a", "7", 0, 100, "tracking", "80.5,80,1,0.1,0.2") +
+                          row("a", "7", 1, 200, "searching", ",,,,"));
+  ASSERT_TRUE(run) << run.error().text();
+  EXPECT_EQ("a", run->node);
+  EXPECT_EQ("reprojection", run->metric);
+  EXPECT_EQ(2, run->modes.size());
+  ASSERT_EQ(2u, run->rows.size());
+  EXPECT_EQ(1u, run->surfaces());
+  EXPECT_EQ(80.5, run->rows[0].height_mm);
+  EXPECT_EQ(80, run->rows[0].coefficients[0]);
+  EXPECT_EQ(0.2, run->rows[0].standard_deviation[1]);
+  EXPECT_FALSE(run->rows[1].has_surface());
+  EXPECT_TRUE(std::isnan(run->rows[1].height_mm));
+}
+
+TEST(CoefficientRun, PutsResentFramesInOrder) {
+  const auto run = run_of(kHeader + row("a", "7", 2, 300, "tracking", "80,80,1,0.1,0.2") +
+                          row("a", "7", 1, 200, "tracking", "79,79,1,0.1,0.2"));
+  ASSERT_TRUE(run);
+  EXPECT_EQ(200, run->rows[0].time_ns);
+  EXPECT_EQ(79, run->rows[0].coefficients[0]);
+}
+
+TEST(CoefficientRun, LeavesOutFramesFromBeforeTheClockStartedAnew) {
+  const auto run = run_of(kHeader + row("a", "9", 5, 900, "tracking", "80,80,1,0.1,0.2") +
+                          row("a", "3", 0, 10, "tracking", "79,79,1,0.1,0.2"));
+  ASSERT_TRUE(run);
+  ASSERT_EQ(1u, run->rows.size());
+  EXPECT_EQ("3", run->rows[0].boot);
+  ASSERT_EQ(1u, run->notes.size());
+  EXPECT_NE(std::string::npos, run->notes[0].find("1 frames before boot 3"));
+}
+
+TEST(CoefficientRun, WrongFilesAreNamedByFileAndLine) {
+  const std::string good = row("a", "7", 0, 100, "tracking", "80,80,1,0.1,0.2");
+  expect_problem(run_of(""), "run.csv", "no header");
+  expect_problem(run_of(kHeader), "run.csv:1", "no frames");
+  expect_problem(run_of("node,boot,sequence\na,7,0\n"), "run.csv:1", "no column 'time_ns'");
+  expect_problem(run_of(kHeader + good + row("a", "7", 1, 200, "tracking", "80,high,1,0.1,0.2")), "run.csv:3", "'high'");
+  expect_problem(run_of(kHeader + good + row("a", "7", 1, 200, "tracking", "80,80,nan,0.1,0.2")), "run.csv:3", "'B'");
+  expect_problem(run_of(kHeader + good + row("a", "7", 1, 200, "tracking", "80,80,,0.1,0.2")), "run.csv:3",
+                 "some of its coefficients");
+  expect_problem(run_of(kHeader + good + good), "run.csv:3", "twice");
+  std::string no_modes = kHeader;
+  no_modes.replace(no_modes.find("A00,B,sd_A00,sd_B"), 17, "h0,h1,w0,w1");
+  expect_problem(run_of(no_modes + good), "run.csv:1", "no list of modes");
+  std::string no_sd = kHeader;
+  no_sd.replace(no_sd.find("sd_B"), 4, "spare");
+  expect_problem(run_of(no_sd + good), "run.csv:1", "no column 'sd_B'");
+}
+
+TEST(CoefficientRun, SeveralNodesMustBeNamed) {
+  const std::string text = kHeader + row("a", "7", 0, 100, "tracking", "80,80,1,0.1,0.2") +
+                           row("b", "8", 0, 100, "tracking", "70,70,1,0.1,0.2");
+  expect_problem(run_of(text), "run.csv", "a, b");
+  expect_problem(run_of(text, "c"), "run.csv", "no node 'c'");
+  const auto run = run_of(text, "b");
+  ASSERT_TRUE(run);
+  EXPECT_EQ(70, run->rows.at(0).coefficients[0]);
+}
+
+TEST(CoefficientRun, OnlyFailuresSayTheirStatuses) {
+  const auto run = run_of(kHeader + row("a", "7", 0, 100, "searching", ",,,,") + row("a", "7", 1, 200, "lost", ",,,,"));
+  ASSERT_TRUE(run);
+  const auto usable = require_surface(*run);
+  ASSERT_FALSE(usable);
+  EXPECT_EQ("run.csv:2", usable.error().where);
+  EXPECT_EQ("2 frames: 1 lost 1 searching", usable.error().found);
+}
+
+}  // namespace
+}  // namespace srd::host
