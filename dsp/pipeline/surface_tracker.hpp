@@ -119,7 +119,7 @@ class SurfaceTracker {
   SurfaceTrackerOptions options_;
   TrackOptions track_;
   std::vector<PerCamera> cameras_;
-  std::vector<S> errors_;
+  std::vector<S> errors_, sorted_errors_;
   bool bright_origin_ = false;     // the square towards +X +Y of W's origin is bright
   bool polarity_known_ = false;
   TrackState state_ = TrackState::kSearching;

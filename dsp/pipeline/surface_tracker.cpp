@@ -1,0 +1,243 @@
+#include "dsp/pipeline/surface_tracker.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace srd::dsp {
+
+namespace {
+constexpr std::int32_t kUsualBlurQ12 = 4096;  // 1 px, until a corner tells better
+constexpr int kMaxDetections = 4000;
+}  // namespace
+
+template <class S>
+SurfaceTracker<S>::SurfaceTracker(SurfaceEstimator<S> estimator, const Pattern& pattern)
+    : pattern_(pattern), estimator_(std::move(estimator)) {}
+
+template <class S>
+Result<SurfaceTracker<S>> SurfaceTracker<S>::make(std::span<const CameraSetup<S>> cameras, const Pattern& pattern,
+                                                  const SurfaceModel<S>& model, const Media<S>& media,
+                                                  const Coefficients<S>& guess, const EstimatorOptions& estimator,
+                                                  const SurfaceTrackerOptions& options) {
+  if (cameras.empty() || cameras.size() > kMaxCameras || guess.size() != model.modes.size())
+    return Errc::kInvalidArgument;
+  std::vector<Vec3<S>> points;
+  for (const Vec3<double>& p : pattern.points()) points.push_back(p.cast<S>());
+  Result<SurfaceEstimator<S>> made = SurfaceEstimator<S>::make(model, media, points, estimator,
+                                                               pattern.size() * static_cast<int>(cameras.size()));
+  if (!made) return made.error();
+  SurfaceTracker tracker(std::move(made).value(), pattern);
+  tracker.points_ = std::move(points);
+  tracker.guess_ = guess;
+  tracker.options_ = options;
+  tracker.track_ = {options.detector.response, options.detector.threshold, options.detector.fit};
+  tracker.history_ = StartHistory<S>(guess);
+  if (tracker.options_.min_corners <= 0) tracker.options_.min_corners = (model.modes.size() + 1) / 2 + 2;
+  tracker.polarity_known_ = pattern.first_square() != FirstSquare::kUnknown;
+  tracker.bright_origin_ = pattern.first_square() == FirstSquare::kBright;
+  const std::size_t n = static_cast<std::size_t>(pattern.size());
+  for (const CameraSetup<S>& setup : cameras) {
+    if (setup.width <= 0 || setup.height <= 0) return Errc::kInvalidArgument;
+    PerCamera& camera = tracker.cameras_.emplace_back();
+    camera.setup = setup;
+    camera.predictions.resize(n);
+    camera.predicted.resize(n);
+    camera.blur_q12.assign(n, kUsualBlurQ12);
+    camera.observations.reserve(n);
+    camera.detector = std::make_unique<CornerDetector>(setup.width, setup.height, kMaxDetections);
+    camera.labeller = std::make_unique<GridLabeller>(kMaxDetections);
+  }
+  tracker.errors_.reserve(n * cameras.size());
+  tracker.sorted_errors_.reserve(n * cameras.size());
+  return tracker;
+}
+
+template <class S>
+void SurfaceTracker<S>::reset() {
+  history_.reset();
+  state_ = TrackState::kSearching;
+}
+
+template <class S>
+const FrameResult<S>& SurfaceTracker<S>::process(std::span<const GrayView> images, std::int64_t time_ns) {
+  result_.acquired = false;
+  result_.expected = 0;
+  result_.found = 0;
+  result_.estimate = Estimate<S>{};
+  result_.observations = {};
+  bool sizes_fit = images.size() == cameras_.size();
+  for (std::size_t c = 0; sizes_fit && c < cameras_.size(); ++c)
+    sizes_fit = images[c].width == cameras_[c].setup.width && images[c].height == cameras_[c].setup.height;
+  if (!sizes_fit) {
+    result_.status = TrackStatus::kBadImage;
+    result_.state = state_;
+    return result_;
+  }
+
+  const std::span<const Coefficients<S>> starts = history_.starts(time_ns);
+  TrackStatus status = TrackStatus::kNoPattern;
+  if (state_ == TrackState::kTracking) {
+    for (std::size_t c = 0; c < cameras_.size(); ++c) {
+      predict_all(cameras_[c], history_.predicted(time_ns));
+      follow(cameras_[c], images[c]);
+    }
+    status = estimate(starts);
+  }
+  if (status != TrackStatus::kOk) {
+    // Lost, or never had: look everywhere, near the last surface first, then near the guess.
+    const std::array<const Coefficients<S>*, 2> origins{&history_.last(), &guess_};
+    for (const Coefficients<S>* from : origins) {
+      if (from == &guess_ && *from == history_.last()) break;
+      TrackStatus found = TrackStatus::kOk;
+      for (std::size_t c = 0; c < cameras_.size(); ++c) {
+        predict_all(cameras_[c], *from);
+        const TrackStatus here = acquire(cameras_[c], images[c]);
+        if (here != TrackStatus::kOk) found = here;
+      }
+      const TrackStatus fitted = estimate(std::span<const Coefficients<S>>(from, 1));
+      // With several cameras, one may see the pattern while another does not.
+      status = fitted == TrackStatus::kTooFewCorners && found != TrackStatus::kOk ? found : fitted;
+      if (status == TrackStatus::kOk) {
+        result_.acquired = true;
+        break;
+      }
+    }
+  }
+
+  if (status == TrackStatus::kOk) {
+    history_.add(time_ns, result_.estimate.coefficients);
+    state_ = TrackState::kTracking;
+  } else {
+    if (state_ == TrackState::kTracking) state_ = TrackState::kLost;
+    history_.miss();
+    if (!history_.any()) state_ = TrackState::kSearching;
+  }
+  result_.status = status;
+  result_.state = state_;
+  result_.found = count_found();
+  for (std::size_t c = 0; c < cameras_.size(); ++c) result_.observations[c] = cameras_[c].observations;
+  return result_;
+}
+
+template <class S>
+void SurfaceTracker<S>::predict_all(PerCamera& camera, const Coefficients<S>& a) {
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    Vec2<S> start = camera.predictions[i].normalised;
+    if (camera.predicted[i] == 0) {
+      const Result<Vec2<S>> direct = camera.setup.view.normalised(points_[i]);
+      if (!direct) continue;
+      start = *direct;
+    }
+    const Result<Prediction<S>> p =
+        predict(camera.setup.view, estimator_.model(), a, estimator_.media(), points_[i], start);
+    camera.predicted[i] = p.ok() ? 1 : 0;
+    if (p) camera.predictions[i] = *p;
+  }
+}
+
+// Looks for each point round its prediction.
+template <class S>
+void SurfaceTracker<S>::follow(PerCamera& camera, const GrayView& image) {
+  camera.observations.clear();
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    if (camera.predicted[i] == 0) continue;
+    const Prediction<S>& p = camera.predictions[i];
+    // The next corner of the pattern must stay outside, or identity is a guess.
+    const S step = static_cast<S>(pattern_.square()) *
+                   std::min(p.pixel_per_mm.col(0).norm(), p.pixel_per_mm.col(1).norm());
+    const int radius = std::min(options_.search_radius, static_cast<int>(S(0.4) * step));
+    if (radius < 1) continue;
+    CornerFit fit;
+    const Tracked tracked =
+        track_corner(image, camera.setup.region, expected_shape(p, bright(static_cast<int>(i)), camera.blur_q12[i]),
+                     radius, track_, fit);
+    if (tracked == Tracked::kOutside) continue;
+    ++result_.expected;
+    if (tracked != Tracked::kFound) continue;
+    camera.blur_q12[i] = fit.shape.blur_q12;
+    observe(camera, static_cast<int>(i), fit);
+  }
+}
+
+template <class S>
+void SurfaceTracker<S>::observe(PerCamera& camera, int point, const CornerFit& fit) const {
+  Observation<S> o;
+  o.point = point;
+  o.pixel = {fit.corner.u.template to<S>(), fit.corner.v.template to<S>()};
+  const Result<Vec2<S>> normalised = camera.setup.view.camera.undistort(o.pixel);
+  if (!normalised) return;
+  o.normalised = *normalised;
+  if (options_.weigh_corners) {
+    const S own = static_cast<S>(fit.corner.sigma_q12) / S(4096), floor = static_cast<S>(options_.sigma_floor_px);
+    o.sigma = std::sqrt(own * own + floor * floor);
+  }
+  camera.observations.push_back(o);
+}
+
+template <class S>
+int SurfaceTracker<S>::count_found() const {
+  int n = 0;
+  for (const PerCamera& camera : cameras_) n += static_cast<int>(camera.observations.size());
+  return n;
+}
+
+template <class S>
+TrackStatus SurfaceTracker<S>::estimate(std::span<const Coefficients<S>> starts) {
+  std::array<CameraObservations<S>, kMaxCameras> seen;
+  const auto fit = [&]() {
+    for (std::size_t c = 0; c < cameras_.size(); ++c)
+      seen[c] = {&cameras_[c].setup.view, cameras_[c].observations};
+    result_.estimate = estimator_.estimate(std::span(seen).first(cameras_.size()), starts);
+    if (failed(result_.estimate.stop)) return TrackStatus::kSolverFailed;
+    return result_.estimate.reprojection_rms <= static_cast<S>(options_.max_rms_px) ? TrackStatus::kOk
+                                                                                   : TrackStatus::kPoorFit;
+  };
+  if (count_found() < options_.min_corners) return TrackStatus::kTooFewCorners;
+  TrackStatus status = fit();
+  if (status == TrackStatus::kSolverFailed) return status;
+  if (options_.outlier_factor > 0 && drop_outliers()) {
+    if (count_found() < options_.min_corners) return TrackStatus::kTooFewCorners;
+    const Coefficients<S> refined = result_.estimate.coefficients;
+    starts = std::span<const Coefficients<S>>(&refined, 1);
+    status = fit();
+  }
+  return status;
+}
+
+// Leaves out corners whose reprojection is far beyond the frame's own scatter: hidden edges, floating dirt, reflections.
+template <class S>
+bool SurfaceTracker<S>::drop_outliers() {
+  errors_.clear();
+  for (PerCamera& camera : cameras_) {
+    for (const Observation<S>& o : camera.observations) {
+      const Vec3<S>& point = points_[static_cast<std::size_t>(o.point)];
+      const Result<Prediction<S>> p = predict(camera.setup.view, estimator_.model(), result_.estimate.coefficients,
+                                              estimator_.media(), point, o.normalised);
+      errors_.push_back(p ? (p->pixel - o.pixel).norm() / o.sigma : S(1e9));
+    }
+  }
+  const std::size_t n = errors_.size();
+  if (n < 8) return false;  // too few to say what is usual
+  std::vector<S>& sorted = sorted_errors_;
+  sorted.assign(errors_.begin(), errors_.end());
+  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(n / 2), sorted.end());
+  // The median of |e| of two normal components is 1.18 standard deviations.
+  const S limit = static_cast<S>(options_.outlier_factor) * std::max(sorted[n / 2] / S(1.18), S(1));
+  bool dropped = false;
+  std::size_t at = 0;
+  for (PerCamera& camera : cameras_) {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < camera.observations.size(); ++i, ++at)
+      if (errors_[at] <= limit) camera.observations[kept++] = camera.observations[i];
+    dropped = dropped || kept != camera.observations.size();
+    camera.observations.resize(kept);
+  }
+  return dropped;
+}
+
+template class SurfaceTracker<float>;
+template class SurfaceTracker<double>;
+
+}  // namespace srd::dsp
