@@ -1,0 +1,46 @@
+// Pose of a camera from an image of the dry pattern whose points are known. Optics (1)-(3); guide 3.2 and appendix A.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "drivers/recording/rig.hpp"
+#include "dsp/core/image_view.hpp"
+#include "host/opensrd/board_corners.hpp"
+#include "host/opensrd/settings.hpp"
+
+namespace srd::host::opensrd {
+
+struct PoseFit {
+  dsp::Pose<double> pose;
+  double rms_px = 0;    // of the residuals, per axis
+  double worst_px = 0;  // largest residual
+  int corners = 0;
+  std::vector<std::string> warnings;
+};
+
+// The board's own points, row by row: X = row * square_mm, Y = column * square_mm, Z = 0.
+[[nodiscard]] Points board_points(PatternSize board, double square_mm);
+// Points in the order in which the camera sees them: positions 2 and 3 see the list from its end.
+[[nodiscard]] Points seen_order(const Points& points, int position);
+
+// pixels[i] (raw) shows points[i]. where: for messages. kInput: fewer than 4 points, points in one line, a corner
+// outside the field of the calibration, residuals above 5 px rms, or a camera below the pattern (mirrored order).
+[[nodiscard]] Outcome<PoseFit> fit_pose(const Calibration& calibration, std::span<const dsp::Vec2<double>> pixels,
+                                        std::span<const dsp::Vec3<double>> points, const std::string& where);
+
+// points: as seen, top left first, along u. Warns when the square at W's origin is bright and a half turn explains it.
+[[nodiscard]] Outcome<PoseFit> pose_from_image(const std::filesystem::path& image, const Calibration& calibration,
+                                               const Points& points, PatternSize board, const CornerSearch& search);
+
+// Whether the square between W's (0,0) and (square, square) is bright, from one corner and its point. square: mm.
+[[nodiscard]] bool first_square_bright(const BoardCorner& corner, const dsp::Vec3<double>& point, double square,
+                                       const dsp::View<double>& view);
+
+// kInput when the image has not the size the calibration was made at.
+[[nodiscard]] Outcome<void> check_size(const GrayView& image, const Calibration& calibration,
+                                       const std::filesystem::path& file);
+
+}  // namespace srd::host::opensrd

@@ -1,0 +1,164 @@
+#include "host/opensrd/reconstruction.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "drivers/recording/image_file.hpp"
+#include "drivers/support/text_file.hpp"
+#include "host/opensrd/frame_list.hpp"
+#include "host/reconstruct/series.hpp"
+#include "host/table/model_sidecar.hpp"
+
+namespace srd::host::opensrd {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string rounded(double value, int decimals) {
+  std::array<char, 64> buffer;
+  const int length = std::snprintf(buffer.data(), buffer.size(), "%.*f", decimals, value);
+  return {buffer.data(), static_cast<std::size_t>(length)};
+}
+
+Outcome<Points> points_of(const fs::path& file, PatternSize size, const std::string& keys) {
+  Outcome<Points> points = read_points(file);
+  if (points && static_cast<int>(points->size()) != size.count())
+    return Problem{Exit::kInput, "has the wrong number of points", file.string(),
+                   std::to_string(size.count()) + ": " + std::to_string(size.rows) + " rows of " +
+                       std::to_string(size.columns) + " (" + keys + ")",
+                   std::to_string(points->size()), "mend the file or the settings"};
+  return points;
+}
+
+// A frame that some camera lacks cannot be fitted jointly: the common ones are used.
+void use_common_frames(std::vector<RunCamera>& cameras, std::vector<std::string>& warnings) {
+  std::size_t least = cameras.front().frames.size(), most = least;
+  std::string counts;
+  for (const RunCamera& camera : cameras) {
+    least = std::min(least, camera.frames.size());
+    most = std::max(most, camera.frames.size());
+    counts += (counts.empty() ? "" : ", ") + camera.name + " " + std::to_string(camera.frames.size());
+  }
+  if (least == most) return;
+  for (RunCamera& camera : cameras) camera.frames.resize(least);
+  warnings.push_back("the cameras have different numbers of frames (" + counts + "): the first " +
+                     std::to_string(least) + " of each are used, to " +
+                     cameras.front().frames.back().filename().string());
+}
+
+}  // namespace
+
+Outcome<Preparation> prepare(const Settings& settings, const Overrides& overrides) {
+  if (settings.dialect == Dialect::k2017)
+    return Problem{Exit::kUsage, "asks for the pattern-consistency metric of the 2017 release, which is not available yet",
+                   settings.file.string(), "settings of the user guide or of the 2016 code",
+                   "keys of the 2017 release (gridSize, min_u, max_u, ..)",
+                   "reconstruct from corners: give FeaturePatternSize_*, InputFeatures1, ErrorMetric as the 2016 code does"};
+  Preparation made;
+  RunPlan& plan = made.plan;
+  made.warnings = settings.warnings;
+  plan.pattern = settings.pattern;
+  plan.search = {settings.response_radius, settings.response_threshold, settings.min_distance_px};
+  plan.match_radius_px = settings.match_radius_px;
+  plan.from_images = settings.features_from_images && !overrides.features;
+  plan.model.modes = dsp::ModeList::standard(settings.parameters).value();
+  plan.model.lx = settings.lx;
+  plan.model.ly = settings.ly;
+  plan.media.water = overrides.refractive_index.value_or(kPublishedIndex);
+  plan.guess = Eigen::Map<const Eigen::VectorXd>(settings.guess.data(), settings.parameters);
+  plan.options.metric = overrides.metric.value_or(settings.metric);
+  plan.options.epsg = settings.epsg;
+  plan.options.epsf = settings.epsf;
+  plan.options.epsx = settings.epsx;
+  plan.options.max_iterations = settings.max_iterations;
+  plan.options.scale = settings.scale;
+
+  made.head.push_back("settings: " + settings.file.string() + " (" + to_string(settings.dialect) + ")");
+  for (std::size_t i = 0; i < settings.cameras.size(); ++i) {
+    const CameraSettings& given = settings.cameras[i];
+    RunCamera camera;
+    camera.name = "camera " + std::to_string(i + 1);
+    const Outcome<Calibration> calibration = read_calibration(given.calibration);
+    if (!calibration) return calibration.error();
+    camera.calibration = *calibration;
+
+    const Outcome<Points> features = points_of(given.feature_points, settings.pattern, "the feature pattern's size");
+    if (!features) return features.error();
+    camera.points = merge_points(plan.points, *features);
+
+    std::optional<PoseFit> fit;
+    std::string pose_line = camera.name + ": pose from " + given.reference.string();
+    if (settings.pose_from_image) {
+      Points board = board_points(settings.board, settings.square_mm);
+      if (settings.dialect != Dialect::kGuide) {
+        const Outcome<Points> read = points_of(given.pose_points, settings.board, "the reference pattern's size");
+        if (!read) return read.error();
+        board = *read;
+      }
+      Outcome<PoseFit> fitted = pose_from_image(given.reference, *calibration, seen_order(board, given.position),
+                                                settings.board, plan.search);
+      if (!fitted) return fitted.error();
+      fit = *fitted;
+      made.warnings.insert(made.warnings.end(), fit->warnings.begin(), fit->warnings.end());
+      camera.pose = fit->pose;
+      pose_line += ", " + std::to_string(fit->corners) + " corners, " + rounded(fit->rms_px, 4) + " px rms per axis, worst " +
+                   rounded(fit->worst_px, 3) + " px";
+    } else {
+      const Outcome<dsp::Pose<double>> pose = read_pose(given.reference);
+      if (!pose) return pose.error();
+      camera.pose = *pose;
+    }
+    const dsp::Vec3<double> centre = camera.pose.centre();
+    made.head.push_back(pose_line + "; centre " + rounded(centre.x(), 2) + " " + rounded(centre.y(), 2) + " " +
+                        rounded(centre.z(), 2) + " mm");
+    made.fits.push_back(fit);
+
+    Outcome<std::vector<fs::path>> frames =
+        overrides.features ? saved_features(*overrides.features, given, i, settings)
+        : plan.from_images ? image_files(given.frames)
+                           : feature_files(given.frames);
+    if (!frames) return frames.error();
+    camera.frames = std::move(frames).value();
+    plan.cameras.push_back(std::move(camera));
+  }
+  use_common_frames(plan.cameras, made.warnings);
+  const double rate_hz = overrides.rate_hz.value_or(1);
+  plan.times_known = overrides.rate_hz.has_value();
+  for (std::size_t i = 0; i < plan.cameras.front().frames.size(); ++i) {
+    plan.sequences.push_back(i);
+    plan.times_ns.push_back(std::llround(static_cast<double>(i) * 1e9 / rate_hz));
+  }
+  return made;
+}
+
+Outcome<void> write_results(const OutputPlan& outputs, const Settings& settings, const Preparation& preparation,
+                            const RunResult& result) {
+  const RunPlan& plan = preparation.plan;
+  std::vector<std::pair<fs::path, std::string>> files = {
+      {outputs.coefficients, coefficients_text(settings.dialect, result.frames, settings.parameters)},
+      {outputs.series, series_csv(plan, result)},
+      {model_sidecar_path(outputs.series), series_model(plan)}};
+  if (!outputs.errors.empty()) files.emplace_back(outputs.errors, errors_text(settings.dialect, result.frames));
+  std::vector<std::string> warnings = preparation.warnings;
+  warnings.insert(warnings.end(), result.warnings.begin(), result.warnings.end());
+  files.emplace_back(outputs.summary, summary_text(plan, result, preparation.head, warnings));
+  for (const auto& [file, text] : files)
+    if (auto written = write_text_file(file, text); !written) return written.error();
+  for (std::size_t c = 0; c < outputs.poses.size(); ++c)
+    if (auto written = write_pose(outputs.poses[c], plan.cameras[c].pose); !written) return written.error();
+  for (std::size_t c = 0; c < outputs.features.size(); ++c) {
+    std::vector<int> ids(plan.points.size(), -1);
+    for (std::size_t own = 0; own < plan.cameras[c].points.size(); ++own)
+      ids[static_cast<std::size_t>(plan.cameras[c].points[own])] = static_cast<int>(own);
+    if (auto written = write_feature_files(outputs.features[c], settings.dialect, result.frames, c,
+                                           plan.cameras[c].calibration.camera, ids);
+        !written)
+      return written.error();
+  }
+  return {};
+}
+
+}  // namespace srd::host::opensrd

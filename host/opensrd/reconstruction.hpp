@@ -1,0 +1,36 @@
+// OpenSRD's settings turned into a run, and a run into OpenSRD's files.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/opensrd/pose_estimation.hpp"
+#include "host/opensrd/results.hpp"
+#include "host/reconstruct/run.hpp"
+
+namespace srd::host::opensrd {
+
+// From the command line; each goes before the settings.
+struct Overrides {
+  std::optional<double> refractive_index;
+  std::optional<dsp::Metric> metric;
+  std::optional<std::filesystem::path> features;  // folder of an earlier run: its features instead of images
+  std::optional<double> rate_hz;                  // of the images
+};
+
+struct Preparation {
+  RunPlan plan;
+  std::vector<std::optional<PoseFit>> fits;  // one a camera; none where the pose came from a file
+  std::vector<std::string> head;             // for the summary
+  std::vector<std::string> warnings;
+};
+
+// Reads and checks everything but the frames; estimates poses. kUsage: 2017 dialect. kInput: a file that cannot be used.
+[[nodiscard]] Outcome<Preparation> prepare(const Settings& settings, const Overrides& overrides);
+
+// All result files of the plan.
+[[nodiscard]] Outcome<void> write_results(const OutputPlan& outputs, const Settings& settings,
+                                          const Preparation& preparation, const RunResult& result);
+
+}  // namespace srd::host::opensrd

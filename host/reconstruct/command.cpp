@@ -1,0 +1,81 @@
+#include "host/reconstruct/command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <memory>
+
+#include "host/reconstruct/options.hpp"
+
+namespace srd::host {
+
+namespace {
+
+// CLI's own number checks let NaN through.
+CLI::Validator within(double least, double most, const std::string& unit) {
+  return CLI::Validator(
+      [=](std::string& text) -> std::string {
+        double x = 0;
+        if (CLI::detail::lexical_cast(text, x) && std::isfinite(x) && x > least && x <= most) return {};
+        std::array<char, 96> message;
+        std::snprintf(message.data(), message.size(), "%s is not a number above %g and up to %g%s%s", text.c_str(), least,
+                      most, unit.empty() ? "" : " ", unit.c_str());
+        return message.data();
+      },
+      "", "within");
+}
+
+Outcome<void> reconstruct(const ReconstructOptions& options) {
+  std::error_code error;
+  const auto status = std::filesystem::status(options.source, error);
+  if (!std::filesystem::exists(status))
+    return Problem{Exit::kInput, "no such file or folder", options.source.string(),
+                   "an OpenSRD settings.xml or the folder of a recording", "", "check the path"};
+  return std::filesystem::is_directory(status) ? reconstruct_recording(options) : reconstruct_settings(options);
+}
+
+}  // namespace
+
+void add_reconstruct_command(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<ReconstructOptions>();
+  CLI::App* command = app.add_subcommand("reconstruct", "water surfaces from an OpenSRD settings.xml or a recording");
+  command->add_option("source", options->source, "OpenSRD settings.xml, or the folder of a recording")->required();
+  command->add_option("--out", options->out, "folder for the results; made when it is not there")->required();
+  command->add_flag("--force", options->force, "replace results that are there already");
+  command
+      ->add_option("--refractive-index", options->refractive_index,
+                   "of the water, against air 1 (default 1.336 for OpenSRD settings, 1.333 for recordings)")
+      ->check(within(1, 2, ""));
+  const std::map<std::string, dsp::Metric> metrics = {{"reprojection", dsp::Metric::kReprojection},
+                                                      {"disparity", dsp::Metric::kDisparity},
+                                                      {"collinearity", dsp::Metric::kCollinearity}};
+  command->add_option("--metric", options->metric, "what is minimised: reprojection, disparity or collinearity")
+      ->transform(CLI::CheckedTransformer(metrics, CLI::ignore_case));
+  command->add_option("--rate", options->rate_hz, "frames a second of images that carry no time")
+      ->check(within(0, 1e6, "Hz"));
+  const char* settings_only = "OpenSRD settings";
+  command->add_option("--features", options->features, "features of an earlier run (its --out folder) instead of images")
+      ->group(settings_only);
+  const char* recordings_only = "Recordings";
+  auto* model = command->add_option("--model", options->model, "parameters of the surface: 1, 3, 5, 8 or 12 (default 5)")
+                    ->check(CLI::IsMember({1, 3, 5, 8, 12}))
+                    ->group(recordings_only);
+  command->add_option("--modes", options->modes, "modes of the surface instead: A00,B,C,A10,..")
+      ->delimiter(',')
+      ->excludes(model)
+      ->group(recordings_only);
+  command->add_option("--lx", options->lx, "length scale along X, mm")->check(within(0, 1e6, "mm"))->group(recordings_only);
+  command->add_option("--ly", options->ly, "length scale along Y, mm")->check(within(0, 1e6, "mm"))->group(recordings_only);
+  command->add_option("--guess", options->guess, "surface to start from, mm: depth, or depth and further coefficients")
+      ->delimiter(',')
+      ->check(within(-1e6, 1e6, "mm"))
+      ->group(recordings_only);
+  command->callback([options, &exit_code] {
+    const Outcome<void> done = reconstruct(*options);
+    exit_code = static_cast<int>(done ? Exit::kDone : done.error().exit);
+    if (!done) std::fputs(done.error().text().c_str(), stderr);
+  });
+}
+
+}  // namespace srd::host

@@ -1,0 +1,25 @@
+// What a run found in one frame.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "dsp/estimate/estimator.hpp"
+
+namespace srd::host {
+
+struct FrameRecord {
+  std::string name;                // file of the first camera's frame
+  std::uint64_t sequence = 0;      // chronological, from 0 unless the recording says otherwise
+  std::int64_t time_ns = 0;
+  std::string status;              // "ok" or why there is none: as the CSV's status column
+  dsp::Estimate<double> estimate;  // meaningful when has_surface()
+  int expected = 0;                // points of all cameras together
+  int found = 0;                   // corners of all cameras together
+  double seconds = 0;              // spent on the frame, reading included
+  std::vector<std::vector<dsp::Observation<double>>> corners;  // a list a camera
+
+  [[nodiscard]] bool has_surface() const { return !dsp::failed(estimate.stop); }
+};
+
+}  // namespace srd::host

@@ -1,0 +1,33 @@
+// What the command line of srd reconstruct says.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "drivers/support/problem.hpp"
+#include "dsp/estimate/estimator.hpp"
+
+namespace srd::host {
+
+struct ReconstructOptions {
+  std::filesystem::path source;  // settings.xml or the folder of a recording
+  std::filesystem::path out;
+  bool force = false;
+  std::optional<double> refractive_index;
+  std::optional<dsp::Metric> metric;
+  std::optional<double> rate_hz;
+  // OpenSRD settings only.
+  std::optional<std::filesystem::path> features;
+  // Recordings only: the settings say these themselves.
+  std::optional<int> model;
+  std::vector<std::string> modes;
+  std::optional<double> lx, ly;  // mm
+  std::vector<double> guess;     // mm
+};
+
+[[nodiscard]] Outcome<void> reconstruct_settings(const ReconstructOptions& options);
+[[nodiscard]] Outcome<void> reconstruct_recording(const ReconstructOptions& options);
+
+}  // namespace srd::host

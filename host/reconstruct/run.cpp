@@ -1,0 +1,25 @@
+#include "host/reconstruct/run.hpp"
+
+#include "host/reconstruct/run_kinds.hpp"
+
+namespace srd::host {
+
+Outcome<RunResult> run(const RunPlan& plan, const Progress& progress) {
+  return plan.from_images ? run_images(plan, progress) : run_features(plan, progress);
+}
+
+std::vector<int> merge_points(Points& all, const Points& own) {
+  constexpr double kSame = 1e-6;  // mm
+  const std::size_t before = all.size();
+  std::vector<int> places;
+  for (const dsp::Vec3<double>& point : own) {
+    std::size_t place = all.size();
+    for (std::size_t i = 0; i < before && place == all.size(); ++i)
+      if ((all[i] - point).cwiseAbs().maxCoeff() <= kSame) place = i;
+    if (place == all.size()) all.push_back(point);
+    places.push_back(static_cast<int>(place));
+  }
+  return places;
+}
+
+}  // namespace srd::host

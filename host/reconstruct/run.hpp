@@ -1,0 +1,58 @@
+// Surfaces of a sequence of frames, one to many cameras jointly, frame after frame in chronological order.
+// The same plan gives the same numbers on every machine and with any number of threads.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "drivers/recording/rig.hpp"
+#include "dsp/estimate/estimator.hpp"
+#include "host/opensrd/board_corners.hpp"
+#include "host/reconstruct/frame_record.hpp"
+
+namespace srd::host {
+
+struct RunCamera {
+  std::string name;                            // "camera 1"
+  Calibration calibration;
+  dsp::Pose<double> pose;
+  std::vector<int> points;                     // own list of points -> RunPlan::points
+  std::vector<std::filesystem::path> frames;   // chronological: images or feature files
+};
+
+struct RunPlan {
+  std::vector<RunCamera> cameras;  // all with the same number of frames
+  Points points;                   // F of all cameras, each once, mm
+  opensrd::PatternSize pattern;
+  dsp::SurfaceModel<double> model;
+  dsp::Media<double> media;
+  dsp::EstimatorOptions options;
+  dsp::Coefficients<double> guess;
+  bool from_images = true;
+  opensrd::CornerSearch search;
+  double match_radius_px = 10;
+  // Chronological, one a frame.
+  std::vector<std::uint64_t> sequences;
+  std::vector<std::int64_t> times_ns;
+  bool times_known = false;        // false: they only count frames, a second each
+};
+
+struct RunResult {
+  std::vector<FrameRecord> frames;    // chronological
+  std::vector<std::string> warnings;
+};
+
+// Called after every frame from the caller's thread.
+using Progress = std::function<void(std::size_t done, std::size_t total)>;
+
+// kInput: the first images cannot be read or have another size than the calibration, a feature file is wrong. A later
+// image that cannot be used, and a frame without a surface, are records with their status, not errors.
+[[nodiscard]] Outcome<RunResult> run(const RunPlan& plan, const Progress& progress);
+
+// One camera's points appended to all, those already there shared (to 1e-6 mm): own list -> all.
+[[nodiscard]] std::vector<int> merge_points(Points& all, const Points& own);
+
+}  // namespace srd::host

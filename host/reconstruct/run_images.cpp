@@ -1,0 +1,164 @@
+#include <chrono>
+#include <optional>
+
+#include "drivers/recording/image_file.hpp"
+#include "dsp/pipeline/surface_tracker.hpp"
+#include "host/opensrd/pose_estimation.hpp"
+#include "host/reconstruct/first_surface.hpp"
+#include "host/reconstruct/identities.hpp"
+#include "host/reconstruct/run_kinds.hpp"
+
+namespace srd::host {
+
+namespace {
+
+using Tracker = dsp::SurfaceTracker<double>;
+
+const char* status_word(dsp::TrackStatus status, dsp::TrackState state, dsp::Stop stop) {
+  switch (status) {
+    case dsp::TrackStatus::kOk: return status_text(stop);
+    case dsp::TrackStatus::kNoPattern: return state == dsp::TrackState::kLost ? "lost" : "searching";
+    case dsp::TrackStatus::kTooFewCorners: return "too_few_corners";
+    case dsp::TrackStatus::kAmbiguous: return "ambiguous";
+    case dsp::TrackStatus::kPoorFit:
+    case dsp::TrackStatus::kSolverFailed: return "failed";
+    case dsp::TrackStatus::kBadImage: return "bad_frame";
+  }
+  return "failed";
+}
+
+Outcome<std::vector<GrayImage>> read_frame(const RunPlan& plan, std::size_t i) {
+  std::vector<GrayImage> images;
+  for (const RunCamera& camera : plan.cameras) {
+    Outcome<GrayImage> image = read_gray_image(camera.frames[i]);
+    if (!image) return image.error();
+    if (auto right = opensrd::check_size(image->view(), camera.calibration, camera.frames[i]); !right)
+      return right.error();
+    images.push_back(std::move(image).value());
+  }
+  return images;
+}
+
+// What the first frame tells when every camera shows the whole pattern in it: the points follow from their order, as in
+// the published method, so neither a bad guess nor an unknown colour of the first square matters.
+struct Opening {
+  dsp::Coefficients<double> guess;
+  dsp::FirstSquare first = dsp::FirstSquare::kDark;
+  double rms_px = 0;
+};
+
+std::optional<Opening> open(const RunPlan& plan, const std::vector<GrayImage>& images,
+                            const std::vector<dsp::View<double>>& views, double square) {
+  std::vector<std::vector<dsp::Observation<double>>> observed;
+  std::size_t most = 0;
+  Opening opening;
+  for (std::size_t c = 0; c < plan.cameras.size(); ++c) {
+    const RunCamera& camera = plan.cameras[c];
+    if (plan.pattern.count() != static_cast<int>(camera.points.size())) return std::nullopt;
+    const auto corners = opensrd::find_board_corners(images[c].view(), plan.pattern, plan.search, camera.name);
+    if (!corners) return std::nullopt;
+    std::vector<ListedCorner> listed;
+    for (std::size_t i = 0; i < corners->size(); ++i) {
+      const auto xy = camera.calibration.camera.undistort((*corners)[i].pixel);
+      if (!xy) return std::nullopt;
+      listed.push_back({static_cast<int>(i), *xy});
+    }
+    const bool from_end = counts_from_end(listed, camera, plan.points);
+    std::vector<dsp::Observation<double>>& frame = observed.emplace_back();
+    for (std::size_t i = 0; i < listed.size(); ++i)
+      frame.push_back({point_at(camera, listed[i].place, from_end), (*corners)[i].pixel, listed[i].normalised, 1.0});
+    if (c == 0) {
+      const auto& point = plan.points[static_cast<std::size_t>(frame.front().point)];
+      const bool bright = opensrd::first_square_bright(corners->front(), point, square, views[0]);
+      opening.first = bright ? dsp::FirstSquare::kBright : dsp::FirstSquare::kDark;
+    }
+    most += listed.size();
+  }
+  auto first = FirstSurface::make(plan, static_cast<int>(most));
+  if (!first) return std::nullopt;
+  std::vector<dsp::CameraObservations<double>> cameras;
+  for (std::size_t c = 0; c < views.size(); ++c) cameras.push_back({&views[c], observed[c]});
+  const auto found = first->find(cameras, plan.guess);
+  if (!found) return std::nullopt;
+  opening.guess = found->coefficients;
+  opening.rms_px = found->reprojection_rms;
+  return opening;
+}
+
+dsp::SurfaceTrackerOptions tracker_options(const RunPlan& plan, double rms_px) {
+  dsp::SurfaceTrackerOptions options;
+  options.detector.response.radius = plan.search.radius;
+  options.detector.threshold = plan.search.threshold;
+  options.detector.min_distance = static_cast<int>(plan.search.min_distance);
+  options.search_radius = std::clamp(static_cast<int>(plan.match_radius_px), 1, 15);
+  // A print or a calibration that leaves more than usual does so in every frame.
+  options.max_rms_px = std::max(options.max_rms_px, 3 * rms_px);
+  // The published metrics count every corner alike and leave none out.
+  const bool published = plan.options.metric != dsp::Metric::kReprojection;
+  options.weigh_corners = !published;
+  if (published) options.outlier_factor = 0;
+  return options;
+}
+
+}  // namespace
+
+Outcome<RunResult> run_images(const RunPlan& plan, const Progress& progress) {
+  const std::size_t total = plan.cameras.front().frames.size();
+  Outcome<std::vector<GrayImage>> images = read_frame(plan, 0);
+  if (!images) return images.error();
+  const auto make_pattern = [&](dsp::FirstSquare first) { return dsp::Pattern::make(plan.points, first); };
+  auto pattern = make_pattern(dsp::FirstSquare::kDark);
+  if (!pattern)
+    return Problem{Exit::kInput, "the feature points are not corners of a checkerboard", "",
+                   "points on a square grid along X and Y, to 5 % of a square", "", "check the points' file"};
+  std::vector<dsp::View<double>> views;
+  std::vector<dsp::CameraSetup<double>> setups;
+  for (std::size_t c = 0; c < plan.cameras.size(); ++c) {
+    views.push_back({plan.cameras[c].calibration.camera, plan.cameras[c].pose});
+    setups.push_back({views[c], (*images)[c].width, (*images)[c].height, {}});
+  }
+  const std::optional<Opening> opening = open(plan, *images, views, pattern->square());
+  if (opening) pattern = make_pattern(opening->first);
+  auto tracker = Tracker::make(setups, *pattern, plan.model, plan.media, opening ? opening->guess : plan.guess,
+                               plan.options, tracker_options(plan, opening ? opening->rms_px : 0));
+  if (!tracker) return unusable_model(tracker.error());
+
+  RunResult result;
+  if (!opening)
+    result.warnings.push_back(plan.cameras.front().frames.front().string() +
+                              ": the first frame does not show the whole pattern in every camera; the search starts "
+                              "from the guess");
+  for (std::size_t i = 0; i < total; ++i) {
+    const auto began = std::chrono::steady_clock::now();
+    FrameRecord record;
+    record.name = plan.cameras.front().frames[i].filename().string();
+    record.sequence = plan.sequences[i];
+    record.time_ns = plan.times_ns[i];
+    record.corners.resize(plan.cameras.size());
+    if (i > 0) images = read_frame(plan, i);
+    if (!images) {
+      // One damaged image among thousands costs its own frame only.
+      const Problem& problem = images.error();
+      result.warnings.push_back(problem.where + ": " + problem.what + "; the frame has no surface");
+      record.status = "bad_frame";
+      result.frames.push_back(std::move(record));
+      if (progress) progress(i + 1, total);
+      continue;
+    }
+    std::vector<GrayView> frame;
+    for (const GrayImage& image : *images) frame.push_back(image.view());
+    const dsp::FrameResult<double>& found = tracker->process(frame, plan.times_ns[i]);
+    record.expected = found.expected;
+    record.found = found.found;
+    if (found.has_surface()) record.estimate = found.estimate;
+    record.status = status_word(found.status, found.state, found.estimate.stop);
+    for (std::size_t c = 0; c < plan.cameras.size(); ++c)
+      record.corners[c].assign(found.observations[c].begin(), found.observations[c].end());
+    record.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+    result.frames.push_back(std::move(record));
+    if (progress) progress(i + 1, total);
+  }
+  return result;
+}
+
+}  // namespace srd::host

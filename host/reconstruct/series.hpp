@@ -1,0 +1,37 @@
+// The chronological result of a run: the CSV that `srd listen` writes too, its model beside it, and a summary to read.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "host/reconstruct/run.hpp"
+
+namespace srd::host {
+
+// node,boot,sequence,time_ns,clock,status,n_expected,n_found,n_used,mean_error,metric,height_mm,<modes>,sd_<modes>.
+// height_mm: at the pattern's centre. Empty cells where a frame has no surface.
+[[nodiscard]] std::string series_csv(const RunPlan& plan, const RunResult& result);
+// Modes, lengths, origin and refractive index of the series: the text of surface.csv.model.toml.
+[[nodiscard]] std::string series_model(const RunPlan& plan);
+
+// Of the frames with a surface.
+struct RunMeans {
+  std::size_t surfaces = 0;
+  double error = 0;             // of the frames' mean errors, in the metric's unit
+  double height_mm = 0;         // over the pattern's points and the frames
+  double reprojection_rms = 0;  // px, per axis
+  double seconds_a_frame = 0;   // of all frames
+};
+[[nodiscard]] RunMeans means(const RunPlan& plan, const RunResult& result);
+// Mean height over the pattern's points, mm.
+[[nodiscard]] double pattern_height(const RunPlan& plan, const dsp::Coefficients<double>& surface);
+
+[[nodiscard]] const char* metric_name(dsp::Metric metric);
+[[nodiscard]] const char* metric_unit(dsp::Metric metric);
+
+// head: what was run on what, line by line; pose_lines: a line a camera.
+[[nodiscard]] std::string summary_text(const RunPlan& plan, const RunResult& result,
+                                       const std::vector<std::string>& head,
+                                       const std::vector<std::string>& warnings);
+
+}  // namespace srd::host
