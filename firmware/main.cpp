@@ -5,7 +5,7 @@
 #include <cstdio>
 
 #include "drivers/net/address.hpp"
-#include "drivers/recording/truth.hpp"
+#include "drivers/camera/simulator/scene_truth.hpp"
 #include "firmware/node/node.hpp"
 
 namespace {

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <random>
 
+#include <Eigen/Dense>
+
 namespace srd::dsp {
 namespace {
 

@@ -1,0 +1,18 @@
+// The surfaces that a scene's frames show, as truth.csv keeps them.
+#pragma once
+
+#include "drivers/camera/simulator/scene.hpp"
+#include "drivers/recording/truth.hpp"
+
+namespace srd {
+
+// Frames 0 .. frames - 1.
+[[nodiscard]] inline Truth truth_of(const Scene& scene, std::uint64_t frames) {
+  Truth truth{scene.surface.modes, {}};
+  truth.rows.reserve(frames);
+  for (std::uint64_t frame = 0; frame < frames; ++frame)
+    truth.rows.push_back({frame, scene.time_ns(frame), scene.coefficients(frame)});
+  return truth;
+}
+
+}  // namespace srd

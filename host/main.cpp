@@ -1,0 +1,27 @@
+// srd: the host's program. Each subcommand has its folder.
+#include <CLI/CLI.hpp>
+
+#include "drivers/support/problem.hpp"
+#include "host/compare/command.hpp"
+#include "host/listen/command.hpp"
+#include "host/plot/command.hpp"
+#include "host/reconstruct/command.hpp"
+#include "host/simulate/command.hpp"
+
+int main(int argc, char** argv) {
+  CLI::App app{"Flume SRD, host side: receives, reconstructs, simulates, compares and plots water surfaces."};
+  app.set_version_flag("--version", SRD_VERSION);
+  app.require_subcommand(1);
+  int exit_code = 0;
+  srd::add_listen_command(app, exit_code);
+  srd::add_reconstruct_command(app, exit_code);
+  srd::add_simulate_command(app, exit_code);
+  srd::add_compare_command(app, exit_code);
+  srd::add_plot_command(app, exit_code);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? exit_code : static_cast<int>(srd::Exit::kUsage);
+  }
+  return exit_code;
+}

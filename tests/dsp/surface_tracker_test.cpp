@@ -1,0 +1,289 @@
+#include "dsp/pipeline/surface_tracker.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "drivers/camera/simulator/renderer.hpp"
+#include "tests/fakes/allocation_gauge.hpp"
+
+namespace srd::dsp {
+namespace {
+
+constexpr std::int64_t kFrame = 20'000'000;  // ns
+
+// A rendered flume and a tracker that looks at it with exact calibration and pose.
+class Flume {
+ public:
+  explicit Flume(Scene scene = default_scene()) : scene_(std::move(scene)), renderer_(Renderer::make(scene_).value()) {
+    pixels_.resize(static_cast<std::size_t>(scene_.width() * scene_.height()));
+  }
+
+  SurfaceTracker<double> tracker(double guess = 80, FirstSquare first = FirstSquare::kDark,
+                                 const SurfaceTrackerOptions& options = {}, const Vec3<double>& pose_error = {0, 0, 0}) {
+    CameraSetup<double> setup{scene_.view(), scene_.width(), scene_.height(), {}};
+    setup.view.pose.translation += setup.view.pose.rotation * pose_error;
+    Coefficients<double> start = Coefficients<double>::Zero(scene_.surface.modes.size());
+    start[0] = guess;
+    const auto points = scene_.points();
+    return SurfaceTracker<double>::make(std::span(&setup, 1), Pattern::make(points, first).value(), scene_.surface,
+                                        scene_.media, start, EstimatorOptions{}, options)
+        .value();
+  }
+
+  GrayView frame(std::uint64_t number) {
+    renderer_.render(number, {pixels_.data(), scene_.width(), scene_.height(), scene_.width()});
+    return view();
+  }
+  GrayView view() const { return {pixels_.data(), scene_.width(), scene_.height(), scene_.width()}; }
+  // Covers a rectangle with grey.
+  void cover(int u0, int v0, int u1, int v1, std::uint8_t level) {
+    for (int v = std::max(v0, 0); v < std::min(v1, scene_.height()); ++v)
+      for (int u = std::max(u0, 0); u < std::min(u1, scene_.width()); ++u)
+        pixels_[static_cast<std::size_t>(v * scene_.width() + u)] = level;
+  }
+  double error2(std::uint64_t number, const Coefficients<double>& a) const {
+    const Coefficients<double> truth = scene_.coefficients(number);
+    double sum = 0;
+    const auto points = scene_.points();
+    for (const auto& p : points) {
+      const double e = scene_.surface.height(a, p.x(), p.y()) - scene_.surface.height(truth, p.x(), p.y());
+      sum += e * e;
+    }
+    return sum / static_cast<double>(points.size());
+  }
+  // Corners whose identity or place is wrong by more than a pixel.
+  int wrong(std::uint64_t number, const FrameResult<double>& result) const {
+    const auto truth = truth_pixels(scene_, number).value();
+    int n = 0;
+    for (const auto& o : result.observations[0])
+      if ((o.pixel - truth[static_cast<std::size_t>(o.point)]).norm() > 1) ++n;
+    return n;
+  }
+  const Scene& scene() const { return scene_; }
+
+ private:
+  Scene scene_;
+  Renderer renderer_;
+  std::vector<std::uint8_t> pixels_;
+};
+
+const FrameResult<double>& step(SurfaceTracker<double>& tracker, GrayView image, std::uint64_t number) {
+  return tracker.process(std::span(&image, 1), static_cast<std::int64_t>(number) * kFrame);
+}
+
+TEST(SurfaceTracker, FollowsTheFlumeWithinHundredthsOfAMillimetre) {
+  Flume flume;
+  auto tracker = flume.tracker();
+  double sum = 0;
+  for (std::uint64_t k = 0; k < 20; ++k) {
+    const auto& result = step(tracker, flume.frame(k), k);
+    ASSERT_EQ(result.status, TrackStatus::kOk) << k;
+    EXPECT_EQ(result.acquired, k == 0);
+    EXPECT_EQ(flume.wrong(k, result), 0);
+    EXPECT_EQ(result.estimate.corners_used, 231);
+    sum += flume.error2(k, result.estimate.coefficients);
+  }
+  EXPECT_LT(std::sqrt(sum / 20), 0.02);
+}
+
+TEST(SurfaceTracker, StatedDeviationsCoverTheError) {
+  Flume flume;
+  auto tracker = flume.tracker();
+  double normalised = 0;
+  int n = 0;
+  for (std::uint64_t k = 0; k < 20; ++k) {
+    const auto& result = step(tracker, flume.frame(k), k);
+    ASSERT_TRUE(result.has_surface());
+    const Coefficients<double> e = result.estimate.coefficients - flume.scene().coefficients(k);
+    normalised += e.dot(result.estimate.information * e);
+    n += static_cast<int>(e.size());
+  }
+  // Chi square of 100 degrees of freedom over 100: within [0.6, 1.5] with 99.9 %; the corners' own bias adds a little.
+  EXPECT_GT(normalised / n, 0.5);
+  EXPECT_LT(normalised / n, 2.0);
+}
+
+TEST(SurfaceTracker, KeepsIdentitiesThroughGlare) {
+  Scene scene = default_scene();
+  scene.glare = {{300, 200, 900, 100, 25, 255}, {700, 400, -700, 300, 40, 255}, {1000, 300, 0, 0, 15, 255}};
+  Flume flume(scene);
+  auto tracker = flume.tracker();
+  int missing = 0;
+  for (std::uint64_t k = 0; k < 15; ++k) {
+    const auto& result = step(tracker, flume.frame(k), k);
+    ASSERT_EQ(result.status, TrackStatus::kOk) << k;
+    EXPECT_EQ(flume.wrong(k, result), 0) << k;
+    EXPECT_LT(std::sqrt(flume.error2(k, result.estimate.coefficients)), 0.05);
+    missing += 231 - result.estimate.corners_used;
+  }
+  EXPECT_GT(missing, 0);  // the glare was there
+}
+
+TEST(SurfaceTracker, HiddenCornersCostOnlyThemselves) {
+  Flume flume;
+  auto tracker = flume.tracker();
+  for (std::uint64_t k = 0; k < 8; ++k) {
+    flume.frame(k);
+    if (k >= 3) flume.cover(500, 0, 750, 640, 60);
+    const auto& result = step(tracker, flume.view(), k);
+    ASSERT_EQ(result.status, TrackStatus::kOk);
+    EXPECT_EQ(flume.wrong(k, result), 0);
+    if (k >= 3) {
+      EXPECT_LT(result.estimate.corners_used, 190);
+    }
+    EXPECT_LT(std::sqrt(flume.error2(k, result.estimate.coefficients)), 0.05);
+  }
+}
+
+TEST(SurfaceTracker, LosesThePatternInTheDarkAndFindsItAgain) {
+  Flume flume;
+  auto tracker = flume.tracker();
+  for (std::uint64_t k = 0; k < 14; ++k) {
+    flume.frame(k);
+    const bool dark = k >= 4 && k < 9;
+    if (dark) flume.cover(0, 0, 1280, 640, 12);
+    const auto& result = step(tracker, flume.view(), k);
+    EXPECT_EQ(result.has_surface(), !dark) << k;
+    EXPECT_EQ(result.state, dark ? TrackState::kLost : TrackState::kTracking);
+    EXPECT_EQ(result.acquired, k == 0 || k == 9);
+    EXPECT_EQ(flume.wrong(k, result), 0);
+  }
+}
+
+TEST(SurfaceTracker, FollowsThroughDroppedFrames) {
+  Flume flume;
+  auto tracker = flume.tracker();
+  int acquired = 0;
+  for (const std::uint64_t k : {0, 1, 2, 5, 6, 9, 10, 13, 14}) {
+    const auto& result = step(tracker, flume.frame(k), k);
+    ASSERT_EQ(result.status, TrackStatus::kOk) << k;
+    acquired += result.acquired ? 1 : 0;
+    EXPECT_EQ(flume.wrong(k, result), 0);
+  }
+  EXPECT_EQ(acquired, 1);
+}
+
+TEST(SurfaceTracker, FindsThePatternFromAGuessFarOff) {
+  for (const double guess : {50.0, 70.0, 95.0, 120.0}) {
+    Flume flume;
+    auto tracker = flume.tracker(guess);
+    const auto& result = step(tracker, flume.frame(0), 0);
+    ASSERT_EQ(result.status, TrackStatus::kOk) << guess;
+    EXPECT_EQ(flume.wrong(0, result), 0);
+    EXPECT_LT(std::sqrt(flume.error2(0, result.estimate.coefficients)), 0.05);
+  }
+}
+
+TEST(SurfaceTracker, LearnsThePolarityWhenItIsNotTold) {
+  Flume flume;
+  auto tracker = flume.tracker(80, FirstSquare::kUnknown);
+  EXPECT_EQ(step(tracker, flume.frame(0), 0).status, TrackStatus::kOk);
+}
+
+TEST(SurfaceTracker, TheOtherPolarityGivesNoSurface) {
+  Flume flume;
+  auto tracker = flume.tracker(80, FirstSquare::kBright);
+  const auto& result = step(tracker, flume.frame(0), 0);
+  EXPECT_FALSE(result.has_surface());
+}
+
+// Only a handful of corners in view, as through a window in a mask.
+TEST(SurfaceTracker, PlacesASmallPatchByTheLevelGuess) {
+  Flume flume;
+  SurfaceTrackerOptions options;
+  options.min_corners = 5;
+  auto tracker = flume.tracker(78, FirstSquare::kDark, options);
+  const auto truth = truth_pixels(flume.scene(), 0).value();
+  const Vec2<double> centre = truth[static_cast<std::size_t>(5 * 21 + 10)];
+  flume.frame(0);
+  const int u = static_cast<int>(centre.x()), v = static_cast<int>(centre.y());
+  flume.cover(0, 0, 1280, v - 80, 128);
+  flume.cover(0, v + 80, 1280, 640, 128);
+  flume.cover(0, 0, u - 80, 640, 128);
+  flume.cover(u + 80, 0, 1280, 640, 128);
+  const auto& result = step(tracker, flume.view(), 0);
+  ASSERT_EQ(result.status, TrackStatus::kOk);
+  EXPECT_LE(result.found, 25);
+  EXPECT_EQ(flume.wrong(0, result), 0);
+}
+
+// A patch that lies half-way between two placements must not be guessed.
+TEST(SurfaceTracker, SaysWhenTwoPlacementsFitAlike) {
+  Flume flume;
+  SurfaceTrackerOptions options;
+  options.min_corners = 5;
+  auto tracker = flume.tracker(80, FirstSquare::kDark, options, {10, 10, 0});
+  const auto truth = truth_pixels(flume.scene(), 0).value();
+  const Vec2<double> centre = truth[static_cast<std::size_t>(5 * 21 + 10)];
+  flume.frame(0);
+  const int u = static_cast<int>(centre.x()), v = static_cast<int>(centre.y());
+  flume.cover(0, 0, 1280, v - 80, 128);
+  flume.cover(0, v + 80, 1280, 640, 128);
+  flume.cover(0, 0, u - 80, 640, 128);
+  flume.cover(u + 80, 0, 1280, 640, 128);
+  EXPECT_EQ(step(tracker, flume.view(), 0).status, TrackStatus::kAmbiguous);
+}
+
+TEST(SurfaceTracker, TwoCamerasMeasureOneSurface) {
+  Scene left = default_scene(), right = default_scene();
+  right.pose = look_at({420, 150, 900}, {110, 200, 0}, 3.1).value();
+  right.seed = 2;
+  Flume a(left), b(right);
+  const std::array<CameraSetup<double>, 2> setups{
+      CameraSetup<double>{left.view(), left.width(), left.height(), {}},
+      CameraSetup<double>{right.view(), right.width(), right.height(), {}}};
+  Coefficients<double> guess = Coefficients<double>::Zero(5);
+  guess[0] = 80;
+  const auto points = left.points();
+  auto tracker = SurfaceTracker<double>::make(setups, Pattern::make(points, FirstSquare::kDark).value(), left.surface,
+                                              left.media, guess, EstimatorOptions{}, SurfaceTrackerOptions{})
+                     .value();
+  for (std::uint64_t k = 0; k < 4; ++k) {
+    const std::array<GrayView, 2> images{a.frame(k), b.frame(k)};
+    const auto& result = tracker.process(images, static_cast<std::int64_t>(k) * kFrame);
+    ASSERT_EQ(result.status, TrackStatus::kOk);
+    EXPECT_GT(result.estimate.corners_used, 400);
+    EXPECT_LT(std::sqrt(a.error2(k, result.estimate.coefficients)), 0.02);
+  }
+}
+
+TEST(SurfaceTracker, RefusesImagesOfAnotherSize) {
+  Flume flume;
+  auto tracker = flume.tracker();
+  GrayView image = flume.frame(0);
+  image.height = 600;
+  EXPECT_EQ(step(tracker, image, 0).status, TrackStatus::kBadImage);
+  EXPECT_EQ(tracker.process({}, 0).status, TrackStatus::kBadImage);
+}
+
+TEST(SurfaceTracker, TakesNothingFromTheHeap) {
+  if (!fakes::AllocationGauge::works()) GTEST_SKIP() << "a sanitizer has its own malloc";
+  Flume flume;
+  auto tracker = flume.tracker();
+  const std::vector<std::uint8_t> black(1280 * 640, 5);
+  std::array<std::vector<std::uint8_t>, 6> frames;
+  for (std::uint64_t k = 0; k < frames.size(); ++k) {
+    const GrayView v = flume.frame(k);
+    frames[k].assign(v.pixels, v.pixels + 1280 * 640);
+  }
+  std::int64_t allocations = 0;
+  int surfaces = 0;
+  for (std::uint64_t k = 0; k < 1000; ++k) {
+    // Back and forth, with a dark frame now and then: tracking, losing and finding are all in it.
+    const std::uint64_t at = k % 10 < 6 ? k % 10 : 10 - k % 10;
+    const GrayView image{k % 97 == 96 ? black.data() : frames[at].data(), 1280, 640, 1280};
+    const fakes::AllocationGauge gauge;
+    surfaces += step(tracker, image, k).has_surface() ? 1 : 0;
+    allocations += gauge.count();
+  }
+  EXPECT_EQ(allocations, 0);
+  EXPECT_GT(surfaces, 950);
+  const fakes::AllocationGauge gauge;
+  const std::vector<int> taken(static_cast<std::size_t>(surfaces));
+  EXPECT_GT(gauge.count(), 0) << "the gauge does not count";
+}
+
+}  // namespace
+}  // namespace srd::dsp
