@@ -79,7 +79,7 @@ bool valid(const NodeHeader& header) {
 bool valid(const CoefficientFrame& frame) {
   const auto n = frame.model.modes.size();
   const auto coefficients = static_cast<int>(frame.coefficients.size());
-  return valid(frame.stamp) && frame.status <= FrameStatus::kDark && n > 0 && positive(frame.model.lx) &&
+  return valid(frame.stamp) && static_cast<int>(frame.status) < kFrameStatusCount && n > 0 && positive(frame.model.lx) &&
          positive(frame.model.ly) && finite(frame.model.x0) && finite(frame.model.y0) && frame.refractive_index >= 1 &&
          frame.refractive_index < 4 && finite(frame.centre_x_mm) && finite(frame.centre_y_mm) &&
          (coefficients == 0 || coefficients == n) && frame.coefficients.allFinite() && valid(frame.information) &&
@@ -89,7 +89,7 @@ bool valid(const CoefficientFrame& frame) {
 }
 
 bool valid(const NodeStatus& status) {
-  return valid(status.stamp) && status.state <= NodeState::kStopping && not_negative(status.capture_hz) &&
+  return valid(status.stamp) && static_cast<int>(status.state) < kNodeStateCount && not_negative(status.capture_hz) &&
          not_negative(status.record_hz) && !std::isinf(status.temperature_c) &&
          ascending(status.lost_ranges, 0, kMaxSequence);
 }

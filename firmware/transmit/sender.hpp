@@ -53,6 +53,7 @@ class Sender {
 
   // True when push would have to overwrite a frame.
   [[nodiscard]] bool full() const { return !store_.fits(proto::kMaxEncoded); }
+  [[nodiscard]] bool overwrites() const { return overwrite_; }
   // Numbers, encodes and keeps a frame. A frame whose numbers break the wire's bounds (a NaN) is kept without its surface,
   // as failed. False: refused, nothing is kept.
   bool push(const proto::CoefficientFrame& frame);

@@ -1,5 +1,7 @@
 #include <cmath>
 #include <cstring>
+#include <set>
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -56,6 +58,19 @@ TEST(Codec, FramesComeBackAsTheyWere) {
     RC_ASSERT(std::holds_alternative<CoefficientFrame>(back->content));
     expect_same(std::get<CoefficientFrame>(back->content), frame);
   }));
+}
+
+TEST(Codec, EveryStatusHasAWordAndPasses) {
+  Generator random(7);
+  std::set<std::string> words;
+  for (int i = 0; i < kFrameStatusCount; ++i) {
+    CoefficientFrame frame = testing::any_frame(random);
+    frame.status = static_cast<FrameStatus>(i);
+    words.insert(to_string(frame.status));
+    EXPECT_TRUE(valid(frame)) << i;
+  }
+  EXPECT_EQ(words.size(), static_cast<std::size_t>(kFrameStatusCount));
+  EXPECT_FALSE(words.contains("unknown"));
 }
 
 TEST(Codec, StatusComesBackAsItWas) {
@@ -122,7 +137,7 @@ TEST(Codec, TheLargestOfEveryMessageFitsADatagram) {
   const Stamp stamp{-1, ClockId::kRecording, -1, ~std::uint64_t{0}};
   CoefficientFrame frame = testing::any_frame(random, dsp::kMaxModes);
   frame.stamp = stamp;
-  frame.status = FrameStatus::kDark;
+  frame.status = FrameStatus::kPoorFit;
   frame.metric = dsp::Metric::kCollinearity;
   frame.stop = dsp::Stop::kOutOfDomain;
   frame.at_bound = true;

@@ -1,0 +1,77 @@
+// The thread that delivers a node's records: takes them from the frame loop through a ring, keeps them until the host has
+// them (sender.hpp) and drives one UDP socket. Nothing is allocated between start and finish while the network is there.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <thread>
+
+#include "drivers/net/udp_socket.hpp"
+#include "dsp/core/spsc_ring.hpp"
+#include "firmware/transmit/sender.hpp"
+#include "proto/messages.hpp"
+
+namespace srd::firmware {
+
+struct TransmitterOptions {
+  SenderOptions sender{};         // overwrite = false for sources that can wait: then use push_waiting
+  Address host{};
+  std::size_t queue_frames = 64;  // between the frame loop and this thread
+};
+
+struct TransmitterReport {
+  SenderCounts counts{};
+  std::uint64_t unacknowledged = 0;  // kept and not in the host's record
+  std::uint64_t dropped = 0;         // records that found the queue full
+  bool host_heard = false;           // ever
+};
+
+class Transmitter {
+ public:
+  // Starts the thread. A network that is not there yet is tried again every second; kNetwork when there is no socket at all
+  // for this kind of address.
+  [[nodiscard]] static Outcome<std::unique_ptr<Transmitter>> start(const TransmitterOptions& options);
+  Transmitter(const Transmitter&) = delete;
+  Transmitter& operator=(const Transmitter&) = delete;
+  // Ends at once, without lingering, when finish() was not called.
+  ~Transmitter();
+
+  // --- the frame loop's thread ---
+  // Never waits. False, and counted, when the queue is full.
+  bool push(const proto::CoefficientFrame& frame) noexcept { return frames_.try_push(frame); }
+  // Waits for room until cancelled becomes true; false then.
+  bool push_waiting(const proto::CoefficientFrame& frame, const std::atomic<bool>& cancelled) noexcept;
+  // What the status of each second says; call about once a second, from one thread. The sender's own counts and the stamp
+  // but for wall_uncertainty_ns are filled in. Skipped when the last ones are not taken yet.
+  void set_status(const proto::NodeStatus& status) noexcept { (void)statuses_.try_push(status); }
+  // Lingers up to 5 s for the host's acknowledgements, says goodbye, ends the thread.
+  [[nodiscard]] TransmitterReport finish();
+
+  // --- any thread ---
+  [[nodiscard]] bool host_heard() const { return host_heard_.load(std::memory_order_relaxed); }  // within the last second
+  [[nodiscard]] std::uint64_t unacknowledged() const { return unacknowledged_.load(std::memory_order_relaxed); }
+
+ private:
+  explicit Transmitter(const TransmitterOptions& options);
+  void run();
+  void connect(std::int64_t now);
+  void take_records(std::int64_t now);
+  void send_due(std::int64_t now);
+  void receive(std::int64_t now);
+
+  Address host_;
+  Sender sender_;
+  SpscRing<proto::CoefficientFrame> frames_;
+  SpscRing<proto::NodeStatus> statuses_;
+  std::optional<UdpSocket> socket_;
+  std::int64_t tried_ns_ = 0;
+  bool ever_heard_ = false;
+  std::atomic<bool> stopping_{false};
+  std::atomic<bool> abandoned_{false};
+  std::atomic<bool> host_heard_{false};
+  std::atomic<std::uint64_t> unacknowledged_{0};
+  std::thread thread_;
+};
+
+}  // namespace srd::firmware

@@ -1,0 +1,132 @@
+#include "host/listen/listen.hpp"
+
+#include <chrono>
+#include <random>
+
+#include "host/listen/status_line.hpp"
+
+namespace srd::host {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kTurn{5};
+constexpr int kMostPerTurn = 256;  // datagrams between two looks at what is due
+constexpr std::int64_t kSecond = 1'000'000'000;
+constexpr std::int64_t kShowEvery = kSecond / 5;
+
+std::int64_t steady_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+// Rows a second over the last few shows.
+class Rate {
+ public:
+  double update(std::uint64_t rows, std::int64_t now) {
+    if (now - since_ns_ >= kSecond) {
+      hz_ = since_ns_ == 0 ? 0 : static_cast<double>(rows - since_rows_) * 1e9 / static_cast<double>(now - since_ns_);
+      since_ns_ = now;
+      since_rows_ = rows;
+    }
+    return hz_;
+  }
+
+ private:
+  std::int64_t since_ns_ = 0;
+  std::uint64_t since_rows_ = 0;
+  double hz_ = 0;
+};
+
+struct Listener {
+  const ListenOptions& options;
+  UdpSocket socket;
+  Session session;
+  Rate rate{};
+  std::int64_t shown_ns = 0;
+
+  void send(const std::vector<Answer>& answers) {
+    // One that the system does not take is made up for by the next.
+    for (const Answer& answer : answers) (void)socket.send_to(answer.to, answer.datagram);
+  }
+
+  Outcome<void> turn() {
+    std::array<std::uint8_t, proto::kMaxDatagram> buffer;
+    Address from;
+    std::chrono::nanoseconds wait = kTurn;
+    for (int i = 0; i < kMostPerTurn && !session.has_all_rows(); ++i) {
+      const std::ptrdiff_t size = socket.receive(buffer, wait, &from);
+      if (size < 0) break;
+      wait = std::chrono::nanoseconds(0);
+      // Longer ones are cut to the buffer, and their check does not hold.
+      session.receive(std::span(buffer).first(std::min(static_cast<std::size_t>(size), buffer.size())), from);
+    }
+    const auto answers = session.advance();
+    if (!answers) return answers.error();
+    send(*answers);
+    const std::int64_t now = steady_ns();
+    if (options.show && now - shown_ns >= kShowEvery) {
+      options.show(status_line(session, rate.update(session.rows(), now)));
+      shown_ns = now;
+    }
+    return {};
+  }
+};
+
+std::uint64_t random_number() {
+  std::random_device device;
+  return (std::uint64_t{device()} << 32) | device();
+}
+
+}  // namespace
+
+Outcome<void> listen(const ListenOptions& options, const std::atomic<bool>& stop) {
+  const auto address = Address::parse(options.bind, "--bind");
+  if (!address) return address.error();
+  auto socket = UdpSocket::bind(*address);
+  if (!socket) return socket.error();
+  if (!address->is_loopback())
+    options.say("warning: " + socket->local().text() +
+                ": without a key anyone on this network can send frames; nothing proves which node they are from");
+  std::unique_ptr<CsvRecord> record;
+  std::vector<FrameSink*> sinks = options.further_sinks;
+  SessionOptions session_options;
+  session_options.clock = steady_ns;
+  session_options.session = random_number();
+  if (options.count > 0) session_options.most_rows = options.count;
+  if (!options.csv.empty()) {
+    auto opened = CsvRecord::open(options.csv, options.open);
+    if (!opened) return opened.error();
+    record = std::move(*opened);
+    session_options.recorded = record->recorded();
+    sinks.push_back(record.get());
+  }
+  if (options.listening) options.listening(socket->local());
+
+  Listener listener{options, std::move(*socket), Session(std::move(session_options), std::move(sinks))};
+  Session& session = listener.session;
+  const std::int64_t start = steady_ns();
+  const auto over = [&] {
+    return session.has_all_rows() ||
+           (options.seconds > 0 && static_cast<double>(steady_ns() - start) >= options.seconds * 1e9);
+  };
+  while (!stop.load() && !over())
+    if (auto done = listener.turn(); !done) return done;
+  // The last frames of live nodes may wait for one that is being sent again.
+  const std::int64_t ending = steady_ns();
+  while (!session.has_all_rows() && session.waits_for_a_gap(kSecond) && steady_ns() - ending < kSecond)
+    if (auto done = listener.turn(); !done) return done;
+  const auto answers = session.finish(!session.has_all_rows());
+  if (!answers) return answers.error();
+  for (int i = 0; i < 3; ++i) listener.send(*answers);  // nobody asks again
+
+  options.say(summary_table(session));
+  if (record && record->files().size() > 1) {
+    std::string files = "nodes with different modes have files of their own:";
+    for (const auto& file : record->files()) files += " " + file.string();
+    options.say(files);
+  }
+  return {};
+}
+
+}  // namespace srd::host

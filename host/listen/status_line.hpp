@@ -1,0 +1,20 @@
+// What a person sees of a running srd listen: one line that is rewritten on a terminal, and a table at the end.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "host/listen/session.hpp"
+
+namespace srd::host {
+
+// "3 nodes  12345 frames  601/s  missing 2  lost 0  resent 31  duplicates 4  height 80.12 mm". rate_hz: rows a second.
+[[nodiscard]] std::string status_line(const Session& session, double rate_hz);
+
+// A line a boot: node, boot, rows, how it ended, what was lost and where; then what was rejected.
+[[nodiscard]] std::string summary_table(const Session& session);
+
+// "5", "10-19": as people count, the last one included. At most `most` ranges, then "..".
+[[nodiscard]] std::string range_text(const std::vector<proto::SequenceRange>& ranges, std::size_t most);
+
+}  // namespace srd::host
