@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
-#include <cstdlib>
 #include <random>
 
 #include "tests/fakes/scratch_folder.hpp"
@@ -208,10 +207,7 @@ TEST(Rig, DamagedFilesNeverThrow) {
 }
 
 TEST(Rig, ReadsTheFilesOfTheLab) {
-  const char* environment = std::getenv("SRD_DATA");
-  const std::filesystem::path root =
-      environment != nullptr ? std::filesystem::path(environment)
-                             : (std::filesystem::path(SRD_TEST_DATA) / "../../../shared/data").lexically_normal();
+  const std::filesystem::path root = fakes::lab_data();
   if (!std::filesystem::is_directory(root)) GTEST_SKIP() << "no lab recordings: set SRD_DATA to their folder";
   for (const char* name : {"opensrd-2017/INPUT/Calib_CAM1.yml", "opensrd-2017/published/Calib_CAM1.yml",
                            "opensrd-2016/INPUT/Calib_C1.yml", "rendered/p2_8term_2cam/PRE_PROCESS/Calib_CAM2.yml"}) {

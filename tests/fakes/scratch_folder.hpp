@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -42,6 +43,12 @@ class ScratchFolder {
 [[nodiscard]] inline std::string bytes_of(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+// The lab's recordings, which are not part of the project: SRD_DATA, or shared/data beside the source.
+[[nodiscard]] inline std::filesystem::path lab_data() {
+  if (const char* environment = std::getenv("SRD_DATA")) return environment;
+  return (std::filesystem::path(SRD_TEST_DATA) / "../../../shared/data").lexically_normal();
 }
 
 }  // namespace srd::fakes
