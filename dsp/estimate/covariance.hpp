@@ -34,11 +34,11 @@ struct Uncertainty {
 };
 
 // h: J'WJ; sandwich: null where residuals are weighted by their own covariance (reprojection); s2: variance factor > 0.
-// False: a pivot of the scaled h (or of the sandwich) is no more than the threshold.
+// False: a pivot of the scaled h (or of the sandwich) is no more than kRankThreshold.
 [[nodiscard]] inline bool uncertainty_of(const InformationMatrix<double>& h, const Sandwich* sandwich, double s2,
-                                         double threshold, Uncertainty& out) {
+                                         Uncertainty& out) {
   ScaledCholesky factors;
-  if (!factors.factor(h) || !(factors.smallest_pivot() > threshold)) return false;
+  if (!factors.factor(h) || !(factors.smallest_pivot() > kRankThreshold)) return false;
   const InformationMatrix<double> inverse = factors.inverse();
   InformationMatrix<double> covariance = s2 * inverse;
   if (sandwich == nullptr) {

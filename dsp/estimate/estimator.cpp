@@ -10,6 +10,7 @@ namespace {
 
 constexpr int kDefaultIterations = 50;
 constexpr double kDefaultTolerance = 1e-9;
+constexpr double kApproach = 1e-3;  // fall of the cost at which another metric takes over
 
 [[nodiscard]] bool valid_bounds(const EstimatorOptions& options, std::size_t n) {
   for (const std::vector<double>* list : {&options.scale, &options.lower, &options.upper}) {
@@ -142,7 +143,7 @@ Stop SurfaceEstimator<S>::finish(CornerProblem<S>& problem, const NormalEquation
   const double rounding = 1e3 * static_cast<double>(std::numeric_limits<S>::epsilon());
   const double s2 = freedom > 0 ? std::max(factor, rounding * rounding) : 1;
   Uncertainty uncertainty;
-  if (!uncertainty_of(sums.matrix(), metric_ == Metric::kReprojection ? nullptr : &pixels.sandwich, s2, rank_threshold<S>(),
+  if (!uncertainty_of(sums.matrix(), metric_ == Metric::kReprojection ? nullptr : &pixels.sandwich, s2,
                       uncertainty))
     return Stop::kSingular;
   out.information = uncertainty.information.template cast<S>();
@@ -156,16 +157,32 @@ Estimate<S> SurfaceEstimator<S>::estimate(std::span<const CameraObservations<S>>
   Estimate<S> out;
   out.stop = prepare_corners(cameras);
   if (failed(out.stop)) return out;
-  CornerProblem<S> problem(metric_, Optics<S>::make(model_, media_), std::span(corners_).first(n_corners_));
-  out.stop = choose_start(starts, problem, out.start_used);
+  const Optics<S> optics = Optics<S>::make(model_, media_);
+  const std::span<PreparedCorner<S>> corners = std::span(corners_).first(n_corners_);
+  // Far from the surface the angle between normals falls again with the depth and leads to a wrong one; the disparity
+  // difference does not. It chooses the start and brings the surface near.
+  const bool approach = metric_ == Metric::kCollinearity;
+  CornerProblem<S> near(approach ? Metric::kDisparity : metric_, optics, corners);
+  out.stop = choose_start(starts, near, out.start_used);
   if (failed(out.stop)) return out;
 
   Coefficients<double> a = starts[static_cast<std::size_t>(out.start_used)].template cast<double>();
   NormalEquations sums;
-  DampedGaussNewton<CornerProblem<S>> solver(problem, solver_);
-  const GaussNewtonSummary summary = solver.minimise(a, sums);
+  GaussNewtonOptions options = solver_;
+  if (approach) {
+    options.epsg = options.epsx = 0;
+    options.epsf = kApproach;
+    const GaussNewtonSummary summary = DampedGaussNewton<CornerProblem<S>>(near, options).minimise(a, sums);
+    out.stop = summary.stop;
+    out.iterations = summary.iterations;
+    if (failed(out.stop)) return out;
+    options = solver_;
+    options.max_iterations = std::max(1, options.max_iterations - out.iterations);
+  }
+  CornerProblem<S> problem(metric_, optics, corners);
+  const GaussNewtonSummary summary = DampedGaussNewton<CornerProblem<S>>(problem, options).minimise(a, sums);
   out.stop = summary.stop;
-  out.iterations = summary.iterations;
+  out.iterations += summary.iterations;
   out.at_bound = summary.at_bound;
   if (failed(out.stop)) return out;
   out.coefficients = a.template cast<S>();

@@ -1,0 +1,65 @@
+#include "tests/fakes/allocation_counter.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <memory>
+#include <vector>
+
+#include "dsp/estimate/start_history.hpp"
+#include "tests/dsp/estimator_fixture.hpp"
+
+namespace srd::dsp {
+namespace {
+
+TEST(AllocationCounter, CountsWhatTheHeapGivesOut) {
+  const fakes::AllocationCounter counter;
+  const auto number = std::make_unique<int>(3);
+  EXPECT_GE(counter.count(), 1);
+  const long before = counter.count();
+  void* volatile block = std::malloc(100);
+  std::free(block);
+  EXPECT_GE(counter.count(), before + 1);
+  const std::vector<Vec3<double>> vectors(10);
+  EXPECT_GE(counter.count(), before + 2);
+  EXPECT_EQ(*number, 3);
+}
+
+template <class S>
+void expect_no_allocation(Metric metric) {
+  EstimatorOptions options;
+  options.metric = metric;
+  options.lower.assign(12, -500);
+  options.upper.assign(12, 500);
+  Fit<S> fit(fakes::flume_scene(12, 3), options);
+  std::mt19937_64 random(1);
+  fit.observe(0.1, &random);
+  const auto cameras = fit.cameras();
+  auto estimator = fit.estimator();
+  StartHistory<S> history(fakes::level(12, 85).cast<S>());
+  Estimate<S> found;
+  long count = 0;
+  {
+    const fakes::AllocationCounter counter;
+    for (int frame = 0; frame < 10; ++frame) {
+      found = estimator.estimate(cameras, history.starts(frame));
+      history.add(frame, found.coefficients);
+    }
+    // Failures neither.
+    const Coefficients<S> far = history.expected(3) * S(100);
+    (void)estimator.estimate(cameras, std::span(&far, 1));
+    count = counter.count();
+  }
+  EXPECT_EQ(count, 0) << static_cast<int>(metric);
+  EXPECT_FALSE(failed(found.stop));
+}
+
+TEST(Estimator, AllocatesNothing) {
+  for (const Metric metric : kMetrics) {
+    expect_no_allocation<float>(metric);
+    expect_no_allocation<double>(metric);
+  }
+}
+
+}  // namespace
+}  // namespace srd::dsp
