@@ -74,7 +74,7 @@ listener=
 echo "== estimated against true"
 "$srd" compare "$out/coefficients.csv" "$out/truth.csv" || fail "srd compare ended with code $?"
 echo "== plots"
-"$srd" plot "$out/coefficients.csv" --truth "$out/truth.csv" --out "$out" || fail "srd plot ended with code $?"
+"$srd" plot "$out/coefficients.csv" --truth "$out/truth.csv" --out "$out" >/dev/null || fail "srd plot ended with code $?"
 
 echo "== written"
 find "$out" -maxdepth 1 -type f | sort

@@ -15,14 +15,18 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;  // row of the run, row of the truth
 
-Outcome<Pairs> match(const CoefficientRun& run, const Truth& truth, const std::string& truth_file, MatchBy by) {
+Outcome<Pairs> match(const CoefficientRun& run, const Truth& truth, const std::string& truth_file,
+                     MatchBy by) {
   Pairs pairs;
-  const std::string counts =
-      std::to_string(run.rows.size()) + " estimated frames, " + std::to_string(truth.rows.size()) + " true ones";
+  const std::string counts = std::to_string(run.rows.size()) + " estimated frames, " +
+                             std::to_string(truth.rows.size()) + " true ones";
   if (by == MatchBy::kOrder) {
     if (run.rows.size() != truth.rows.size())
-      return Problem{.what = "frames cannot be matched by order", .where = truth_file,
-                     .expected = "as many rows as " + run.file, .found = counts, .advice = "match by time"};
+      return Problem{.what = "frames cannot be matched by order",
+                     .where = truth_file,
+                     .expected = "as many rows as " + run.file,
+                     .found = counts,
+                     .advice = "match by time"};
     for (std::size_t i = 0; i < run.rows.size(); ++i) pairs.emplace_back(i, i);
     return pairs;
   }
@@ -30,12 +34,18 @@ Outcome<Pairs> match(const CoefficientRun& run, const Truth& truth, const std::s
   for (std::size_t i = 0; i < truth.rows.size(); ++i)
     if (!row_at.emplace(truth.rows[i].time_ns, i).second)
       return Problem{.what = "time_ns " + std::to_string(truth.rows[i].time_ns) + " is there twice",
-                     .where = truth_file, .expected = "each time once", .found = "", .advice = "--by-order"};
+                     .where = truth_file,
+                     .expected = "each time once",
+                     .found = "",
+                     .advice = "--by-order"};
   for (std::size_t i = 0; i < run.rows.size(); ++i)
-    if (const auto found = row_at.find(run.rows[i].time_ns); found != row_at.end()) pairs.emplace_back(i, found->second);
+    if (const auto found = row_at.find(run.rows[i].time_ns); found != row_at.end())
+      pairs.emplace_back(i, found->second);
   if (pairs.empty())
-    return Problem{.what = "no time_ns of " + run.file + " is in the truth", .where = truth_file,
-                   .expected = "times equal to the last digit", .found = counts,
+    return Problem{.what = "no time_ns of " + run.file + " is in the truth",
+                   .where = truth_file,
+                   .expected = "times equal to the last digit",
+                   .found = counts,
                    .advice = "--by-order, when both files hold the same frames"};
   return pairs;
 }
@@ -83,15 +93,16 @@ __attribute__((format(printf, 1, 2))) std::string formatted(const char* format, 
 
 }  // namespace
 
-Outcome<Comparison> compare(const CoefficientRun& run, const Truth& truth, const std::string& truth_file, MatchBy by,
-                            const std::optional<RunGeometry>& geometry) {
+Outcome<Comparison> compare(const CoefficientRun& run, const Truth& truth, const std::string& truth_file,
+                            MatchBy by, const std::optional<RunGeometry>& geometry) {
   const auto pairs = match(run, truth, truth_file, by);
   if (!pairs) return pairs.error();
   Comparison c;
   c.modes = common_modes(run.modes, truth.modes);
   c.matched = pairs->size();
   if (c.modes.size() == 0)
-    return Problem{.what = "shares no mode with " + run.file, .where = truth_file + ":1",
+    return Problem{.what = "shares no mode with " + run.file,
+                   .where = truth_file + ":1",
                    .expected = "at least one of the estimated modes"};
 
   std::optional<SurfaceSampler> estimated, real, estimated_centre, real_centre;
@@ -124,8 +135,10 @@ Outcome<Comparison> compare(const CoefficientRun& run, const Truth& truth, const
     c.frames.push_back(std::move(error));
   }
   if (c.frames.empty())
-    return Problem{.what = "none of the frames with a true surface has an estimated one", .where = run.file,
-                   .expected = "at least one", .found = std::to_string(c.matched) + " matched frames"};
+    return Problem{.what = "none of the frames with a true surface has an estimated one",
+                   .where = run.file,
+                   .expected = "at least one",
+                   .found = std::to_string(c.matched) + " matched frames"};
   const auto n = static_cast<double>(c.frames.size());
   c.height_rms = std::sqrt(height_squares / n);
   c.height_mean /= n;
@@ -137,24 +150,29 @@ Outcome<Comparison> compare(const CoefficientRun& run, const Truth& truth, const
 
 std::string comparison_text(const CoefficientRun& run, const Truth& truth, const Comparison& c,
                             const std::optional<RunGeometry>& geometry) {
-  std::string out = "node " + run.node + ": " + std::to_string(c.matched) + " of " + std::to_string(run.rows.size()) +
-                    " frames have a true surface (" + std::to_string(truth.rows.size()) + " given), " +
-                    std::to_string(c.frames.size()) + " of them an estimated one\n";
+  std::string out = "node " + run.node + ": " + std::to_string(c.matched) + " of " +
+                    std::to_string(run.rows.size()) + " frames have a true surface (" +
+                    std::to_string(truth.rows.size()) + " given), " + std::to_string(c.frames.size()) +
+                    " of them an estimated one\n";
   if (geometry) {
     const CoefficientRow& worst = run.rows[c.frames[c.worst].row];
-    out += formatted("surface over the pattern (%zu places): rms %.4f mm, worst frame %.4f mm (sequence %llu)\n",
-                     geometry->places.size(), c.surface_rms, c.surface_largest,
-                     static_cast<unsigned long long>(worst.sequence));
-    out += formatted("height at the pattern's centre: rms %.4f mm, mean error %+.4f mm\n", c.height_rms, c.height_mean);
+    out +=
+        formatted("surface over the pattern (%zu places): rms %.4f mm, worst frame %.4f mm (sequence %llu)\n",
+                  geometry->places.size(), c.surface_rms, c.surface_largest,
+                  static_cast<unsigned long long>(worst.sequence));
+    out += formatted("height at the pattern's centre: rms %.4f mm, mean error %+.4f mm\n", c.height_rms,
+                     c.height_mean);
   } else {
-    out += "surface over the pattern: not known without the model's lengths and the pattern (--model, --points)\n";
+    out +=
+        "surface over the pattern: not known without the model's lengths and the pattern (--model, "
+        "--points)\n";
   }
   out += "estimated minus true, mm\nmode        rms      mean   largest   rms/sd   true spread\n";
   for (int j = 0; j < c.modes.size(); ++j) {
     const ModeSummary& s = c.summary[static_cast<std::size_t>(j)];
     const std::string ratio = std::isfinite(s.normalised) ? formatted("%8.2f", s.normalised) : "       -";
-    out += formatted("%-5s %9.4f %+9.4f %9.4f %s %13.4f\n", c.modes[j].name().data(), s.rms, s.mean, s.largest,
-                     ratio.c_str(), s.true_spread);
+    out += formatted("%-5s %9.4f %+9.4f %9.4f %s %13.4f\n", c.modes[j].name().data(), s.rms, s.mean,
+                     s.largest, ratio.c_str(), s.true_spread);
   }
   for (const dsp::Mode& mode : run.modes)
     if (c.modes.index_of(mode) < 0) out += std::string(mode.name().data()) + ": not in the truth\n";

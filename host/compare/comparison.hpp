@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "drivers/recording/truth.hpp"
-#include "host/table/coefficient_run.hpp"
 #include "host/compare/run_geometry.hpp"
+#include "host/table/coefficient_run.hpp"
 
 namespace srd::host {
 
@@ -27,18 +27,21 @@ struct FrameError {
 
 struct ModeSummary {
   double rms = 0, mean = 0, largest = 0;  // of estimated minus true, mm; largest of |.|
-  double normalised = 0;  // rms of error / stated standard deviation: 1 when the deviations are right; NaN without
-  double true_spread = 0;  // standard deviation of the true coefficient over the frames, mm: the size of the signal
+  double normalised =
+      0;  // rms of error / stated standard deviation: 1 when the deviations are right; NaN without
+  double true_spread =
+      0;  // standard deviation of the true coefficient over the frames, mm: the size of the signal
 };
 
 struct Comparison {
-  dsp::ModeList modes;                // those that both sides have
-  std::size_t matched = 0;            // rows with a true counterpart, with or without a surface
-  std::vector<FrameError> frames;     // those with a surface, at least one
-  std::vector<ModeSummary> summary;   // one a mode
-  double height_rms = 0, height_mean = 0;       // mm; NaN without geometry
-  double surface_rms = 0, surface_largest = 0;  // rms over frames and places; the worst frame's; NaN without geometry
-  std::size_t worst = 0;                        // the worst frame, into frames
+  dsp::ModeList modes;                     // those that both sides have
+  std::size_t matched = 0;                 // rows with a true counterpart, with or without a surface
+  std::vector<FrameError> frames;          // those with a surface, at least one
+  std::vector<ModeSummary> summary;        // one a mode
+  double height_rms = 0, height_mean = 0;  // mm; NaN without geometry
+  double surface_rms = 0,
+         surface_largest = 0;  // rms over frames and places; the worst frame's; NaN without geometry
+  std::size_t worst = 0;       // the worst frame, into frames
 };
 
 // kInput when no frame matches, the row counts differ (kOrder) or the sides share no mode.
@@ -47,7 +50,8 @@ struct Comparison {
                                           const std::optional<RunGeometry>& geometry);
 
 // The table that `srd compare` prints; lines end in '\n'.
-[[nodiscard]] std::string comparison_text(const CoefficientRun& run, const Truth& truth, const Comparison& comparison,
+[[nodiscard]] std::string comparison_text(const CoefficientRun& run, const Truth& truth,
+                                          const Comparison& comparison,
                                           const std::optional<RunGeometry>& geometry);
 
 }  // namespace srd::host

@@ -38,7 +38,8 @@ struct RunGeometry {
 // --model, --points, --lx, --ly, --x0, --y0.
 void add_geometry_options(CLI::App& command, GeometryOptions& options);
 
-// nullopt when neither sidecar nor options say anything. kUsage when they contradict the run or are incomplete.
+// nullopt when neither sidecar nor options say anything. kUsage when they contradict the run or are
+// incomplete.
 [[nodiscard]] Outcome<std::optional<RunGeometry>> resolve_geometry(const CoefficientRun& run,
                                                                    const GeometryOptions& options);
 

@@ -1,4 +1,5 @@
-// Panels: a rectangle of the drawing with a scale each way, ticks at round numbers, lines, bands and marks in it.
+// Panels: a rectangle of the drawing with a scale each way, ticks at round numbers, lines, bands and marks in
+// it.
 #pragma once
 
 #include <cstdint>
@@ -12,13 +13,15 @@
 namespace srd::host {
 
 struct Scale {
-  double low = 0, high = 1;  // different; low above high: the axis runs the other way; both above 0 when logarithmic
+  double low = 0,
+         high = 1;  // different; low above high: the axis runs the other way; both above 0 when logarithmic
   bool logarithmic = false;
   // 0 at low, 1 at high.
   [[nodiscard]] double part(double value) const;
 };
 
-// Multiples of 1, 2 or 5 times a power of ten inside [low, high], at most `most` of them; logarithmic: powers of ten.
+// Multiples of 1, 2 or 5 times a power of ten inside [low, high], at most `most` of them; logarithmic: powers
+// of ten.
 [[nodiscard]] std::vector<double> ticks(const Scale& scale, int most);
 // With as many digits as the ticks' distance needs: "-0.05", "80", "1e-3".
 [[nodiscard]] std::string tick_label(double value, const std::vector<double>& all, bool logarithmic = false);
@@ -33,10 +36,10 @@ struct Panel {
 };
 
 struct PanelLabels {
-  std::string title{};    // above the panel's top left corner
-  std::string remark{};   // above its top right corner
-  std::string x_label{};  // under the ticks; empty: ticks without numbers
-  std::string y_label{};  // upwards, left of the ticks
+  std::string title{};             // above the panel's top left corner
+  std::string remark{};            // above its top right corner
+  std::string x_label{};           // under the ticks; empty: ticks without numbers
+  std::string y_label{};           // upwards, left of the ticks
   std::string x_unit{}, y_unit{};  // for the page's read-out
   int most_x_ticks = 10, most_y_ticks = 5;
 };

@@ -17,7 +17,8 @@ constexpr Stroke kEstimateStroke{kBlue, 1.0}, kTruthStroke{kOrange, 2.2};
 TrueSeries true_series(const CoefficientRun& run, const Timeline& timeline, const Truth& truth, MatchBy by) {
   TrueSeries series{truth.modes, {}, {}};
   for (std::size_t i = 0; i < truth.rows.size(); ++i) {
-    const double at = by == MatchBy::kTime ? static_cast<double>(truth.rows[i].time_ns - run.rows[0].time_ns) * 1e-9
+    const double at = by == MatchBy::kTime
+                          ? static_cast<double>(truth.rows[i].time_ns - run.rows[0].time_ns) * 1e-9
                       : i < timeline.seconds.size() ? timeline.seconds[i]
                                                     : -1;
     if (at < 0 || at > timeline.seconds.back()) continue;
@@ -33,7 +34,8 @@ Figure coefficient_figure(const PlotInput& input) {
   Figure figure{"series", {}, Scene(kFigureWidth, grid.bottom())};
   Scene& scene = figure.scene;
   draw_heading(scene, "Surface coefficients", "node " + run.node);
-  std::vector<LegendEntry> legend{{"estimated", kEstimateStroke}, {"\u00B12 standard deviations", {kBandColour}, LegendMark::kPatch}};
+  std::vector<LegendEntry> legend{{"estimated", kEstimateStroke},
+                                  {"\u00B12 standard deviations", {kBandColour}, LegendMark::kPatch}};
   if (input.truth) legend.push_back({"true", kTruthStroke});
   for (LegendEntry& entry : failure_legend(input)) legend.push_back(std::move(entry));
   draw_legend(scene, {kLeftMargin, kLegendAt}, legend);
@@ -61,22 +63,27 @@ Figure coefficient_figure(const PlotInput& input) {
     range.cover(true_values);
 
     const Panel panel{grid.area(i), time_scale(input.timeline), scale_round(range.low, range.high)};
-    PanelLabels labels{.title = std::string(run.modes[j].name().data()) + ", mm", .x_unit = "s", .y_unit = "mm",
+    PanelLabels labels{.title = std::string(run.modes[j].name().data()) + ", mm",
+                       .x_unit = "s",
+                       .y_unit = "mm",
                        .most_x_ticks = grid.columns == 1 ? 12 : 7};
     if (grid.lowest(i)) labels.x_label = "time since the first frame, s";
     draw_panel(scene, panel, labels);
     if (!true_values.empty())
-      draw_series(scene, panel, input.truth->seconds, true_values, {{0, true_values.size()}}, kTruthStroke, "true");
+      draw_series(scene, panel, input.truth->seconds, true_values, {{0, true_values.size()}}, kTruthStroke,
+                  "true");
     draw_band(scene, panel, input.timeline.seconds, low, high, unbroken(input.timeline, low), kBandColour);
-    draw_series(scene, panel, input.timeline.seconds, values, unbroken(input.timeline, values), kEstimateStroke,
-                "series");
+    draw_series(scene, panel, input.timeline.seconds, values, unbroken(input.timeline, values),
+                kEstimateStroke, "series");
     draw_failures(scene, panel, input);
     finish_panel(scene, panel, labels);
   }
-  figure.caption = "Coefficients of the surface model, one panel a mode, with a band of two standard deviations each way. "
-                   "Lines stop where frames are missing or have no surface";
+  figure.caption =
+      "Coefficients of the surface model, one panel a mode, with a band of two standard deviations each way. "
+      "Lines stop where frames are missing or have no surface";
   if (!failure_legend(input).empty())
-    figure.caption += "; frames without a surface are marked along the time axis in the colour of their status";
+    figure.caption +=
+        "; frames without a surface are marked along the time axis in the colour of their status";
   figure.caption += ".";
   return figure;
 }

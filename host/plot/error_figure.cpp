@@ -33,11 +33,15 @@ void draw_surface_rms(Scene& scene, const PlotInput& input) {
   const std::vector<double> values = by_row(input, [](const FrameError& f) { return f.surface_rms; });
   const double largest = input.comparison->surface_largest;
   const Panel panel{kSurfaceArea, time_scale(input.timeline), {0, largest > 0 ? 1.1 * largest : 1e-6}};
-  const PanelLabels labels{.title = "Surface over the pattern, rms, mm", .remark = rms_text(input.comparison->surface_rms, "mm"),
-                           .x_label = "time since the first frame, s", .x_unit = "s", .y_unit = "mm",
+  const PanelLabels labels{.title = "Surface over the pattern, rms, mm",
+                           .remark = rms_text(input.comparison->surface_rms, "mm"),
+                           .x_label = "time since the first frame, s",
+                           .x_unit = "s",
+                           .y_unit = "mm",
                            .most_x_ticks = 12};
   draw_panel(scene, panel, labels);
-  draw_series(scene, panel, input.timeline.seconds, values, unbroken(input.timeline, values), kErrorStroke, "series");
+  draw_series(scene, panel, input.timeline.seconds, values, unbroken(input.timeline, values), kErrorStroke,
+              "series");
   draw_failures(scene, panel, input);
   finish_panel(scene, panel, labels);
 }
@@ -52,7 +56,8 @@ Figure error_figure(const PlotInput& input) {
   Figure figure{"errors", {}, Scene(kFigureWidth, grid.bottom())};
   Scene& scene = figure.scene;
   draw_heading(scene, "Estimated minus true", "node " + input.run.node);
-  std::vector<LegendEntry> legend{{"estimated \u2212 true", kErrorStroke}, {"\u00B12 stated standard deviations", {kBandColour}, LegendMark::kPatch}};
+  std::vector<LegendEntry> legend{{"estimated \u2212 true", kErrorStroke},
+                                  {"\u00B12 stated standard deviations", {kBandColour}, LegendMark::kPatch}};
   for (LegendEntry& entry : failure_legend(input)) legend.push_back(std::move(entry));
   draw_legend(scene, {kLeftMargin, 46}, legend);
   if (with_surface) draw_surface_rms(scene, input);
@@ -74,21 +79,26 @@ Figure error_figure(const PlotInput& input) {
 
     const Panel panel{grid.area(i), time_scale(input.timeline), scale_round(range.low, range.high)};
     PanelLabels labels{.title = std::string(comparison.modes[j].name().data()) + ", mm",
-                       .remark = rms_text(comparison.summary[i].rms, "mm"), .x_unit = "s", .y_unit = "mm",
+                       .remark = rms_text(comparison.summary[i].rms, "mm"),
+                       .x_unit = "s",
+                       .y_unit = "mm",
                        .most_x_ticks = grid.columns == 1 ? 12 : 7};
     if (grid.lowest(i)) labels.x_label = "time since the first frame, s";
     draw_panel(scene, panel, labels);
     draw_band(scene, panel, input.timeline.seconds, low, high, unbroken(input.timeline, low), kBandColour);
     const Place zero = panel.at(0, 0);
     scene.line({panel.area.x, zero.y}, {panel.area.right(), zero.y}, Stroke{kFaintInk, 0.7});
-    draw_series(scene, panel, input.timeline.seconds, values, unbroken(input.timeline, values), kErrorStroke, "series");
+    draw_series(scene, panel, input.timeline.seconds, values, unbroken(input.timeline, values), kErrorStroke,
+                "series");
     draw_failures(scene, panel, input);
     finish_panel(scene, panel, labels);
   }
-  figure.caption = std::string("Estimated minus true") +
-                   (with_surface ? ", at the top as the rms over the pattern\u2019s places of each frame, then each coefficient"
-                                 : " coefficients") +
-                   ", with a band of two stated standard deviations each way.";
+  figure.caption =
+      std::string("Estimated minus true") +
+      (with_surface
+           ? ", at the top as the rms over the pattern\u2019s places of each frame, then each coefficient"
+           : " coefficients") +
+      ", with a band of two stated standard deviations each way.";
   return figure;
 }
 

@@ -26,7 +26,8 @@ std::string number(const char* format, double value) {
 std::vector<double> height_series(const PlotInput& input) {
   std::vector<double> heights;
   for (const CoefficientRow& row : input.run.rows) heights.push_back(row.height_mm);
-  if (std::any_of(heights.begin(), heights.end(), [](double h) { return std::isfinite(h); }) || !input.geometry)
+  if (std::any_of(heights.begin(), heights.end(), [](double h) { return std::isfinite(h); }) ||
+      !input.geometry)
     return heights;
   const PatternExtent& e = input.geometry->pattern;
   for (std::size_t i = 0; i < heights.size(); ++i)
@@ -41,7 +42,8 @@ std::vector<double> true_heights(const PlotInput& input) {
   dsp::SurfaceModel<double> model = input.geometry->model;
   model.modes = input.truth->modes;
   const PatternExtent& e = input.geometry->pattern;
-  for (const auto& a : input.truth->coefficients) heights.push_back(model.height(a, e.x_centre(), e.y_centre()));
+  for (const auto& a : input.truth->coefficients)
+    heights.push_back(model.height(a, e.x_centre(), e.y_centre()));
   return heights;
 }
 
@@ -51,7 +53,8 @@ void draw_peak(Scene& scene, const Panel& panel, const Spectrum& spectrum, std::
       number("%.3g Hz: ", spectrum.frequency_hz[peak]) + number("%.3g mm", spectrum.amplitude[peak]);
   const bool left = at.x + 8 + text_width(text, 11) > panel.area.right();
   scene.add(Lines{.parts = {{at}}, .stroke = Stroke{kVermilion, 5}});
-  scene.add(Text{{at.x + (left ? -5 : 5), at.y - 6}, text, 11, left ? Anchor::kEnd : Anchor::kStart, kInk, true});
+  scene.add(
+      Text{{at.x + (left ? -5 : 5), at.y - 6}, text, 11, left ? Anchor::kEnd : Anchor::kStart, kInk, true});
 }
 
 void draw_spectrum(Scene& scene, const Spectrum& spectrum) {
@@ -62,8 +65,12 @@ void draw_spectrum(Scene& scene, const Spectrum& spectrum) {
   // Whole decades round what is to be seen: from below the floor to above the peak.
   panel.y.low = std::pow(10.0, std::floor(std::log10(std::max(0.3 * floor_level, 1e-12))));
   panel.y.high = std::pow(10.0, std::ceil(std::log10(std::max(3 * *largest, 10 * panel.y.low))));
-  const PanelLabels labels{.title = "Amplitude spectrum of the height", .x_label = "frequency, Hz",
-                           .y_label = "amplitude, mm", .x_unit = "Hz", .y_unit = "mm", .most_x_ticks = 14,
+  const PanelLabels labels{.title = "Amplitude spectrum of the height",
+                           .x_label = "frequency, Hz",
+                           .y_label = "amplitude, mm",
+                           .x_unit = "Hz",
+                           .y_unit = "mm",
+                           .most_x_ticks = 14,
                            .most_y_ticks = 8};
   draw_panel(scene, panel, labels);
   draw_series(scene, panel, spectrum.frequency_hz, spectrum.amplitude, {{0, spectrum.amplitude.size()}},
@@ -90,28 +97,38 @@ std::optional<Figure> height_figure(const PlotInput& input) {
   draw_legend(scene, {kLeftMargin, 46}, legend);
 
   const Panel panel{kSeriesArea, time_scale(input.timeline), scale_round(range.low, range.high)};
-  const PanelLabels labels{.title = "Height", .x_label = "time since the first frame, s", .y_label = "height, mm",
-                           .x_unit = "s", .y_unit = "mm", .most_x_ticks = 14, .most_y_ticks = 6};
+  const PanelLabels labels{.title = "Height",
+                           .x_label = "time since the first frame, s",
+                           .y_label = "height, mm",
+                           .x_unit = "s",
+                           .y_unit = "mm",
+                           .most_x_ticks = 14,
+                           .most_y_ticks = 6};
   draw_panel(scene, panel, labels);
-  if (!real.empty()) draw_series(scene, panel, input.truth->seconds, real, {{0, real.size()}}, kTruthStroke, "true");
-  draw_series(scene, panel, input.timeline.seconds, heights, unbroken(input.timeline, heights), kEstimateStroke,
-              "series");
+  if (!real.empty())
+    draw_series(scene, panel, input.truth->seconds, real, {{0, real.size()}}, kTruthStroke, "true");
+  draw_series(scene, panel, input.timeline.seconds, heights, unbroken(input.timeline, heights),
+              kEstimateStroke, "series");
   draw_failures(scene, panel, input);
   finish_panel(scene, panel, labels);
   figure.caption = "Height of the water surface at the pattern\u2019s centre. ";
 
   const Spectrum spectrum = amplitude_spectrum(input.timeline.seconds, heights, input.timeline.interval_s);
   if (spectrum.amplitude.empty()) {
-    scene.add(Text{{kSpectrumArea.x, kSpectrumArea.y}, "No spectrum: fewer than 8 frames in a row.", 12, Anchor::kStart,
+    scene.add(Text{{kSpectrumArea.x, kSpectrumArea.y},
+                   "No spectrum: fewer than 8 frames in a row.",
+                   12,
+                   Anchor::kStart,
                    kFaintInk});
     figure.caption += "There are too few frames for a spectrum.";
     return figure;
   }
   draw_spectrum(scene, spectrum);
-  figure.caption += "The spectrum is one-sided: a sine of 1 mm shows as 1 mm at its frequency. Hann window, corrected for "
-                    "its gain; mean removed; samples every " +
-                    number("%.4g", 1e3 * input.timeline.interval_s) + " ms; a line is " +
-                    number("%.2g", spectrum.resolution_hz) + " Hz wide at half its height. ";
+  figure.caption +=
+      "The spectrum is one-sided: a sine of 1 mm shows as 1 mm at its frequency. Hann window, corrected for "
+      "its gain; mean removed; samples every " +
+      number("%.4g", 1e3 * input.timeline.interval_s) + " ms; a line is " +
+      number("%.2g", spectrum.resolution_hz) + " Hz wide at half its height. ";
   figure.caption += spectrum.filled_fraction > 0
                         ? number("%.2g", 100 * spectrum.filled_fraction) +
                               " % of the samples are gaps, filled with the nearest valid height."

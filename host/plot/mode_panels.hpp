@@ -1,4 +1,5 @@
-// Small panels in columns, one a mode, under a heading: shared by the figures of coefficients and of their errors.
+// Small panels in columns, one a mode, under a heading: shared by the figures of coefficients and of their
+// errors.
 #pragma once
 
 #include <span>

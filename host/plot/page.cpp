@@ -80,16 +80,18 @@ std::string table_html(const PageTable& table) {
 }  // namespace
 
 std::string page_html(const Page& page) {
-  std::string out = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-                    "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
-                    escaped(page.title) + "</title>\n<style>" + kStyle + "</style>\n</head>\n<body>\n<h1>" +
-                    escaped(page.title) + "</h1>\n<dl>\n";
+  std::string out =
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
+      escaped(page.title) + "</title>\n<style>" + kStyle + "</style>\n</head>\n<body>\n<h1>" +
+      escaped(page.title) + "</h1>\n<dl>\n";
   for (const auto& [name, value] : page.facts)
     out += "<dt>" + escaped(name) + "</dt><dd>" + escaped(value) + "</dd>\n";
   out += "</dl>\n";
   for (const std::string& note : page.notes) out += "<p class=\"note\">" + escaped(note) + "</p>\n";
   for (const PageFigure& figure : page.figures)
-    out += "<figure>\n" + figure.svg + "<figcaption>" + escaped(figure.caption) + "</figcaption>\n</figure>\n";
+    out +=
+        "<figure>\n" + figure.svg + "<figcaption>" + escaped(figure.caption) + "</figcaption>\n</figure>\n";
   for (const PageTable& table : page.tables) out += table_html(table);
   return out + "<script>" + kScript + "</script>\n</body>\n</html>\n";
 }

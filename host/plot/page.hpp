@@ -1,5 +1,5 @@
-// One HTML page with everything in it: figures as inline SVG, tables, a small script that reads values under the pointer.
-// Nothing is fetched; without the script all is still there.
+// One HTML page with everything in it: figures as inline SVG, tables, a small script that reads values under
+// the pointer. Nothing is fetched; without the script all is still there.
 #pragma once
 
 #include <string>

@@ -109,16 +109,20 @@ cairo_status_t append(void* closure, const unsigned char* bytes, unsigned length
 }
 
 Problem cannot(const std::string& where, cairo_status_t status) {
-  return Problem{Exit::kInput, "the image cannot be written", where, "a folder that can be written, with room",
-                 cairo_status_to_string(status), ""};
+  return Problem{Exit::kInput,
+                 "the image cannot be written",
+                 where,
+                 "a folder that can be written, with room",
+                 cairo_status_to_string(status),
+                 ""};
 }
 
 }  // namespace
 
 Outcome<void> write_png(const Scene& scene, const std::filesystem::path& file) {
-  const Surface surface(
-      cairo_image_surface_create(CAIRO_FORMAT_RGB24, static_cast<int>(std::lround(scene.width() * kPngPixelsPerUnit)),
-                                 static_cast<int>(std::lround(scene.height() * kPngPixelsPerUnit))));
+  const Surface surface(cairo_image_surface_create(
+      CAIRO_FORMAT_RGB24, static_cast<int>(std::lround(scene.width() * kPngPixelsPerUnit)),
+      static_cast<int>(std::lround(scene.height() * kPngPixelsPerUnit))));
   const Context context(cairo_create(surface.get()));
   set_colour(context.get(), {255, 255, 255});
   cairo_paint(context.get());

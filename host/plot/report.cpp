@@ -34,8 +34,12 @@ Outcome<std::size_t> choose_frame(const CoefficientRun& run, const std::optional
     if (run.rows[i].has_surface()) shown = i;
   }
   if (shown < run.rows.size()) return shown;
-  return Problem{Exit::kUsage, there ? "frame " + std::to_string(*wanted) + " has no surface" : "no such frame", run.file,
-                 "--frame with the sequence of a frame that has a surface", there ? "" : std::to_string(*wanted), ""};
+  return Problem{Exit::kUsage,
+                 there ? "frame " + std::to_string(*wanted) + " has no surface" : "no such frame",
+                 run.file,
+                 "--frame with the sequence of a frame that has a surface",
+                 there ? "" : std::to_string(*wanted),
+                 ""};
 }
 
 Outcome<Gathered> gather(const PlotOptions& options) {
@@ -50,8 +54,9 @@ Outcome<Gathered> gather(const PlotOptions& options) {
   g.input.timeline = make_timeline(g.input.run);
   g.notes = g.input.run.notes;
   if (!g.input.geometry)
-    g.notes.emplace_back("No surface is drawn: the model\u2019s lengths and the pattern are not known (give --model, or --lx, "
-                         "--ly and --points).");
+    g.notes.emplace_back(
+        "No surface is drawn: the model\u2019s lengths and the pattern are not known (give --model, or --lx, "
+        "--ly and --points).");
   if (options.truth) {
     const MatchBy by = options.by_order ? MatchBy::kOrder : MatchBy::kTime;
     const auto truth = read_truth(*options.truth);
@@ -67,7 +72,8 @@ Outcome<Gathered> gather(const PlotOptions& options) {
 std::size_t missing_frames(const CoefficientRun& run) {
   std::size_t missing = 0;
   for (std::size_t i = 1; i < run.rows.size(); ++i)
-    if (run.rows[i].boot == run.rows[i - 1].boot) missing += run.rows[i].sequence - run.rows[i - 1].sequence - 1;
+    if (run.rows[i].boot == run.rows[i - 1].boot)
+      missing += run.rows[i].sequence - run.rows[i - 1].sequence - 1;
   return missing;
 }
 
@@ -76,7 +82,8 @@ std::vector<std::pair<std::string, std::string>> facts_of(const PlotInput& input
   const std::size_t missing = missing_frames(run);
   std::vector<std::pair<std::string, std::string>> facts{{"File", run.file}, {"Node", run.node}};
   facts.emplace_back("Frames", std::to_string(run.rows.size()) + ", " + std::to_string(run.surfaces()) +
-                                   " with a surface" + (missing > 0 ? ", " + std::to_string(missing) + " missing" : ""));
+                                   " with a surface" +
+                                   (missing > 0 ? ", " + std::to_string(missing) + " missing" : ""));
   facts.emplace_back("Time", number("%.6g s", input.timeline.seconds.back()) +
                                  (input.timeline.interval_s > 0
                                       ? ", " + number("%.4g frames/s", 1 / input.timeline.interval_s)
@@ -89,11 +96,13 @@ std::vector<std::pair<std::string, std::string>> facts_of(const PlotInput& input
       ++n;
     }
   if (n > 0)
-    facts.emplace_back("Mean error", number("%.3g ", sum / n) + metric_unit(run.metric) + " (" + run.metric + ")");
+    facts.emplace_back("Mean error",
+                       number("%.3g ", sum / n) + metric_unit(run.metric) + " (" + run.metric + ")");
   if (input.geometry) {
     const RunGeometry& g = *input.geometry;
-    facts.emplace_back("Model", std::to_string(run.modes.size()) + " modes, Lx " + number("%.6g", g.model.lx) + " mm, Ly " +
-                                    number("%.6g", g.model.ly) + " mm, origin (" + number("%.6g", g.model.x0) + ", " +
+    facts.emplace_back("Model", std::to_string(run.modes.size()) + " modes, Lx " +
+                                    number("%.6g", g.model.lx) + " mm, Ly " + number("%.6g", g.model.ly) +
+                                    " mm, origin (" + number("%.6g", g.model.x0) + ", " +
                                     number("%.6g", g.model.y0) + ") mm");
     if (g.refractive_index) facts.emplace_back("Refractive index", number("%.5f", *g.refractive_index));
   }
@@ -103,7 +112,8 @@ std::vector<std::pair<std::string, std::string>> facts_of(const PlotInput& input
 PageTable error_table(const PlotInput& input) {
   const Comparison& c = *input.comparison;
   PageTable table{"Estimated minus true over " + std::to_string(c.frames.size()) +
-                      " frames, mm. rms / sd compares the errors with the stated standard deviations: 1 when those are right.",
+                      " frames, mm. rms / sd compares the errors with the stated standard deviations: 1 when "
+                      "those are right.",
                   {"", "rms", "mean", "largest", "rms / sd", "spread of the true values"},
                   {}};
   if (input.geometry) {
@@ -114,9 +124,9 @@ PageTable error_table(const PlotInput& input) {
   }
   for (int j = 0; j < c.modes.size(); ++j) {
     const ModeSummary& s = c.summary[static_cast<std::size_t>(j)];
-    table.rows.push_back({c.modes[j].name().data(), number("%.4f", s.rms), number("%+.4f", s.mean),
-                          number("%.4f", s.largest), std::isfinite(s.normalised) ? number("%.2f", s.normalised) : "",
-                          number("%.4f", s.true_spread)});
+    table.rows.push_back(
+        {c.modes[j].name().data(), number("%.4f", s.rms), number("%+.4f", s.mean), number("%.4f", s.largest),
+         std::isfinite(s.normalised) ? number("%.2f", s.normalised) : "", number("%.4f", s.true_spread)});
   }
   return table;
 }
@@ -125,7 +135,11 @@ Outcome<void> refuse_to_replace(const std::vector<std::filesystem::path>& files)
   std::error_code error;
   for (const auto& file : files)
     if (std::filesystem::exists(file, error))
-      return Problem{Exit::kUsage, "the file is there already", file.string(), "", "",
+      return Problem{Exit::kUsage,
+                     "the file is there already",
+                     file.string(),
+                     "",
+                     "",
                      "another --out DIR, or --force to replace it"};
   return {};
 }
@@ -159,7 +173,8 @@ Outcome<PlotFiles> plot(const PlotOptions& options) {
   std::error_code error;
   if (!folder.empty()) std::filesystem::create_directories(folder, error);
   if (error)
-    return Problem{Exit::kInput, "the folder cannot be made", folder.string(), "a folder that can be written",
+    return Problem{Exit::kInput,    "the folder cannot be made",
+                   folder.string(), "a folder that can be written",
                    error.message(), "another --out DIR"};
   if (auto done = write_text_file(files.written[0], page_html(page)); !done) return done.error();
   for (std::size_t i = 0; i < figures.size(); ++i)

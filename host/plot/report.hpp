@@ -17,9 +17,9 @@ struct PlotOptions {
   std::optional<std::filesystem::path> truth;  // truth.csv
   std::optional<std::filesystem::path> out;    // folder; not given: the one of `file`
   std::string node;                            // "": the only one
-  std::optional<std::uint64_t> frame;          // sequence of the surface shown; not given: the last with a surface
-  bool by_order = false;                       // truth matched by order, not by time
-  bool force = false;                          // replace files that are there
+  std::optional<std::uint64_t> frame;  // sequence of the surface shown; not given: the last with a surface
+  bool by_order = false;               // truth matched by order, not by time
+  bool force = false;                  // replace files that are there
   GeometryOptions geometry;
 };
 
@@ -28,8 +28,8 @@ struct PlotFiles {
   std::vector<std::string> notes;              // figures left out and why, rows left out
 };
 
-// STEM.html and STEM-<figure>.png, STEM being the name of `file`. Nothing is written when one of them is there already
-// (kUsage, unless force), or when any input is wrong.
+// STEM.html and STEM-<figure>.png, STEM being the name of `file`. Nothing is written when one of them is
+// there already (kUsage, unless force), or when any input is wrong.
 [[nodiscard]] Outcome<PlotFiles> plot(const PlotOptions& options);
 
 }  // namespace srd::host

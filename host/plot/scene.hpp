@@ -80,7 +80,9 @@ class Scene {
   void add(Text text);
   void add(Image image);
   void add(AxesMark axes);
-  void line(Place from, Place to, const Stroke& stroke) { add(Lines{.parts = {{from, to}}, .stroke = stroke}); }
+  void line(Place from, Place to, const Stroke& stroke) {
+    add(Lines{.parts = {{from, to}}, .stroke = stroke});
+  }
   void box(const Rectangle& r, std::optional<Colour> fill, std::optional<Stroke> stroke = std::nullopt);
 
  private:

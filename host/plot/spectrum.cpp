@@ -10,8 +10,8 @@ namespace {
 constexpr std::size_t kLeastSteps = 8, kMostSteps = std::size_t{1} << 24U;
 
 // The series on even steps.
-std::vector<double> resampled(std::span<const double> seconds, std::span<const double> values, double interval_s,
-                              std::size_t steps, double& filled_fraction) {
+std::vector<double> resampled(std::span<const double> seconds, std::span<const double> values,
+                              double interval_s, std::size_t steps, double& filled_fraction) {
   std::vector<std::size_t> valid;
   for (std::size_t i = 0; i < values.size(); ++i)
     if (std::isfinite(values[i])) valid.push_back(i);
@@ -20,7 +20,8 @@ std::vector<double> resampled(std::span<const double> seconds, std::span<const d
   std::size_t at = 0, filled = 0;
   for (std::size_t k = 0; k < steps; ++k) {
     const double t = seconds.front() + static_cast<double>(k) * interval_s;
-    while (at + 1 < valid.size() && std::abs(seconds[valid[at + 1]] - t) <= std::abs(seconds[valid[at]] - t)) ++at;
+    while (at + 1 < valid.size() && std::abs(seconds[valid[at + 1]] - t) <= std::abs(seconds[valid[at]] - t))
+      ++at;
     if (std::abs(seconds[valid[at]] - t) > 0.5 * interval_s * (1 + 1e-6)) ++filled;
     even.push_back(values[valid[at]]);
   }
@@ -30,11 +31,13 @@ std::vector<double> resampled(std::span<const double> seconds, std::span<const d
 
 }  // namespace
 
-Spectrum amplitude_spectrum(std::span<const double> seconds, std::span<const double> values, double interval_s) {
+Spectrum amplitude_spectrum(std::span<const double> seconds, std::span<const double> values,
+                            double interval_s) {
   Spectrum spectrum;
   if (seconds.size() < 2 || !(interval_s > 0)) return spectrum;
   const double length = std::round((seconds.back() - seconds.front()) / interval_s) + 1;
-  if (!(length >= static_cast<double>(kLeastSteps)) || length > static_cast<double>(kMostSteps)) return spectrum;
+  if (!(length >= static_cast<double>(kLeastSteps)) || length > static_cast<double>(kMostSteps))
+    return spectrum;
   const auto n = static_cast<std::size_t>(length);
   std::vector<double> even = resampled(seconds, values, interval_s, n, spectrum.filled_fraction);
   if (even.empty()) return spectrum;

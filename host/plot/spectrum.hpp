@@ -13,10 +13,11 @@ struct Spectrum {
   double filled_fraction = 0;        // of the samples, taken from the nearest valid frame
 };
 
-// One-sided amplitude of the series without its mean, under a Hann window and corrected for its gain (0.5), zero-padded
-// to at least four times its length so that a sine between two lines still shows its amplitude (within 1 %).
-// seconds ascend; values NaN: no surface. Even steps of interval_s; each takes the nearest finite value in time.
-// Empty when there are fewer than 8 steps, no finite value or more than 2^24 steps (a gap of days).
+// One-sided amplitude of the series without its mean, under a Hann window and corrected for its gain (0.5),
+// zero-padded to at least four times its length so that a sine between two lines still shows its amplitude
+// (within 1 %). seconds ascend; values NaN: no surface. Even steps of interval_s; each takes the nearest
+// finite value in time. Empty when there are fewer than 8 steps, no finite value or more than 2^24 steps (a
+// gap of days).
 [[nodiscard]] Spectrum amplitude_spectrum(std::span<const double> seconds, std::span<const double> values,
                                           double interval_s);
 

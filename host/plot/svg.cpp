@@ -26,7 +26,8 @@ std::string paint(const char* name, const std::optional<Colour>& colour) {
   std::array<char, 8> hex{};
   std::snprintf(hex.data(), hex.size(), "#%02x%02x%02x", colour->red, colour->green, colour->blue);
   std::string out = attribute(name, hex.data());
-  if (colour->opacity < 1) out += attribute((std::string(name) + "-opacity").c_str(), number_text(colour->opacity));
+  if (colour->opacity < 1)
+    out += attribute((std::string(name) + "-opacity").c_str(), number_text(colour->opacity));
   return out;
 }
 
@@ -64,15 +65,16 @@ struct Writer {
     std::string element = "<path" + attribute("d", path) + paint("fill", lines.fill);
     if (!lines.role.empty()) element += attribute("class", lines.role);
     if (lines.stroke)
-      element += paint("stroke", lines.stroke->colour) + attribute("stroke-width", coordinate(lines.stroke->width)) +
+      element += paint("stroke", lines.stroke->colour) +
+                 attribute("stroke-width", coordinate(lines.stroke->width)) +
                  attribute("stroke-linejoin", "round") + attribute("stroke-linecap", "round");
     element += "/>";
     // A nested svg clips without an id, so figures can stand together in one page.
     if (lines.clip) {
       const Rectangle& r = *lines.clip;
       element = "<svg" + box(r) +
-                attribute("viewBox", coordinate(r.x) + " " + coordinate(r.y) + " " + coordinate(r.width) + " " +
-                                         coordinate(r.height)) +
+                attribute("viewBox", coordinate(r.x) + " " + coordinate(r.y) + " " + coordinate(r.width) +
+                                         " " + coordinate(r.height)) +
                 ">" + element + "</svg>";
     }
     out += element + "\n";
@@ -110,12 +112,23 @@ struct Writer {
 std::string escaped(const std::string& text) {
   std::string out;
   for (const char c : text) switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      case '\'': out += "&#39;"; break;
-      default: out += c;
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      case '\'':
+        out += "&#39;";
+        break;
+      default:
+        out += c;
     }
   return out;
 }
@@ -123,7 +136,8 @@ std::string escaped(const std::string& text) {
 Outcome<std::string> svg_element(const Scene& scene, const std::string& label) {
   Writer writer;
   writer.out = "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\"" + attribute("aria-label", label) +
-               attribute("viewBox", "0 0 " + coordinate(scene.width()) + " " + coordinate(scene.height())) + ">\n";
+               attribute("viewBox", "0 0 " + coordinate(scene.width()) + " " + coordinate(scene.height())) +
+               ">\n";
   for (const Shape& shape : scene.shapes()) std::visit(writer, shape);
   if (writer.problem) return *writer.problem;
   return writer.out + "</svg>\n";

@@ -11,8 +11,9 @@ namespace srd::host {
 
 struct Timeline {
   std::vector<double> seconds;  // since the run's first frame
-  std::vector<bool> follows;    // the frame comes straight after the one before: same boot, no sequence or time left out
-  double interval_s = 0;        // median between frames of following sequence; 0 when there are none
+  std::vector<bool>
+      follows;  // the frame comes straight after the one before: same boot, no sequence or time left out
+  double interval_s = 0;  // median between frames of following sequence; 0 when there are none
 };
 
 [[nodiscard]] Timeline make_timeline(const CoefficientRun& run);

@@ -10,7 +10,8 @@ namespace srd::host {
 namespace {
 
 constexpr const char* kHeader =
-    "node,boot,sequence,time_ns,clock,status,n_expected,n_found,n_used,mean_error,metric,height_mm,<modes>,sd_<modes>";
+    "node,boot,sequence,time_ns,clock,status,n_expected,n_found,n_used,mean_error,metric,height_mm,<modes>,"
+    "sd_<modes>";
 
 struct Columns {
   std::vector<std::string> node, boot, clock, status, metric;
@@ -36,12 +37,14 @@ Outcome<dsp::ModeList> modes_of(const CsvTable& table, const std::string& file) 
   std::vector<dsp::Mode> modes;
   for (const std::string& column : table.columns()) {
     if (column.starts_with("sd_") && !dsp::Mode::parse(column.substr(3)))
-      return Problem{.what = "column '" + column + "' names no mode", .where = file + ":1", .expected = kHeader};
+      return Problem{
+          .what = "column '" + column + "' names no mode", .where = file + ":1", .expected = kHeader};
     if (const auto mode = dsp::Mode::parse(column)) modes.push_back(*mode);
   }
   const auto list = dsp::ModeList::make(modes);
   if (!list)
-    return Problem{.what = "no list of modes", .where = file + ":1",
+    return Problem{.what = "no list of modes",
+                   .where = file + ":1",
                    .expected = "1 to " + std::to_string(dsp::kMaxModes) + " mode columns: " + kHeader,
                    .found = std::to_string(modes.size()) + " of them"};
   return *list;
@@ -82,7 +85,8 @@ Outcome<std::string> choose_node(const std::vector<std::string>& names, const st
   std::string list;
   for (const std::string& name : present) list += (list.empty() ? "" : ", ") + name;
   if (wanted.empty())
-    return Problem{Exit::kUsage, "the file holds several nodes", file, "one of them named", list, "--node NAME"};
+    return Problem{Exit::kUsage, "the file holds several nodes", file, "one of them named", list,
+                   "--node NAME"};
   return Problem{Exit::kUsage, "no node '" + wanted + "' in the file", file, "one of: " + list};
 }
 
@@ -94,7 +98,8 @@ Outcome<void> put_in_order(const CsvTable& table, std::vector<std::pair<Coeffici
   std::stable_sort(rows.begin(), rows.end(), [&](const auto& a, const auto& b) { return key(a) < key(b); });
   for (std::size_t i = 1; i < rows.size(); ++i)
     if (key(rows[i - 1]) == key(rows[i]))
-      return Problem{.what = "the frame is there twice", .where = table.where(rows[i].second),
+      return Problem{.what = "the frame is there twice",
+                     .where = table.where(rows[i].second),
                      .expected = "each boot and sequence once",
                      .found = "sequence " + std::to_string(rows[i].first.sequence) + " also at " +
                               table.where(rows[i - 1].second)};
@@ -117,7 +122,8 @@ void drop_other_clocks(CoefficientRun& run) {
 bool CoefficientRow::has_surface() const { return coefficients.size() > 0 && std::isfinite(coefficients[0]); }
 
 std::size_t CoefficientRun::surfaces() const {
-  return static_cast<std::size_t>(std::count_if(rows.begin(), rows.end(), [](const auto& r) { return r.has_surface(); }));
+  return static_cast<std::size_t>(
+      std::count_if(rows.begin(), rows.end(), [](const auto& r) { return r.has_surface(); }));
 }
 
 Outcome<CoefficientRun> read_coefficient_run(const std::filesystem::path& file, const std::string& node) {
@@ -126,24 +132,33 @@ Outcome<CoefficientRun> read_coefficient_run(const std::filesystem::path& file, 
   return coefficient_run(*table, file.string(), node);
 }
 
-Outcome<CoefficientRun> coefficient_run(const CsvTable& table, const std::string& file, const std::string& node) {
+Outcome<CoefficientRun> coefficient_run(const CsvTable& table, const std::string& file,
+                                        const std::string& node) {
   const auto c = columns_of(table, file);
   if (!c) return c.error();
   if (table.rows() == 0)
-    return Problem{.what = "no frames", .where = file + ":1", .expected = "a row a frame below the header",
+    return Problem{.what = "no frames",
+                   .where = file + ":1",
+                   .expected = "a row a frame below the header",
                    .advice = "check that the node sent frames and that srd listen ended well"};
   const auto chosen = choose_node(c->node, node, file);
   if (!chosen) return chosen.error();
 
-  CoefficientRun run{.file = file, .node = *chosen, .clock = {}, .metric = {}, .modes = c->modes, .rows = {}, .notes = {}};
+  CoefficientRun run{
+      .file = file, .node = *chosen, .clock = {}, .metric = {}, .modes = c->modes, .rows = {}, .notes = {}};
   if (table.cut_short()) run.notes.push_back("the file ends in the middle of a line: that line is left out");
   std::vector<std::pair<CoefficientRow, std::size_t>> rows;
   const int n_modes = run.modes.size();
   for (std::size_t i = 0; i < table.rows(); ++i) {
     if (c->node[i] != *chosen) continue;
-    CoefficientRow row{.boot = c->boot[i], .sequence = c->sequence[i], .time_ns = c->time_ns[i], .status = c->status[i],
-                       .corners_used = c->corners_used[i], .mean_error = c->mean_error[i],
-                       .height_mm = c->height_mm[i], .coefficients = dsp::Coefficients<double>(n_modes),
+    CoefficientRow row{.boot = c->boot[i],
+                       .sequence = c->sequence[i],
+                       .time_ns = c->time_ns[i],
+                       .status = c->status[i],
+                       .corners_used = c->corners_used[i],
+                       .mean_error = c->mean_error[i],
+                       .height_mm = c->height_mm[i],
+                       .coefficients = dsp::Coefficients<double>(n_modes),
                        .standard_deviation = dsp::Coefficients<double>(n_modes)};
     int present = 0;
     for (int j = 0; j < n_modes; ++j) {
@@ -152,7 +167,8 @@ Outcome<CoefficientRun> coefficient_run(const CsvTable& table, const std::string
       present += std::isfinite(row.coefficients[j]) ? 1 : 0;
     }
     if (present != 0 && present != n_modes)
-      return Problem{.what = "the row has some of its coefficients", .where = table.where(i),
+      return Problem{.what = "the row has some of its coefficients",
+                     .where = table.where(i),
                      .expected = "all " + std::to_string(n_modes) + ", or none for a frame without a surface",
                      .found = std::to_string(present)};
     if (present == 0) row.height_mm = std::numeric_limits<double>::quiet_NaN();
@@ -173,8 +189,10 @@ Outcome<void> require_surface(const CoefficientRun& run) {
   for (const CoefficientRow& row : run.rows) ++counts[row.status];
   std::string found = std::to_string(run.rows.size()) + " frames:";
   for (const auto& [status, count] : counts) found += " " + std::to_string(count) + " " + status;
-  return Problem{.what = "no frame has a surface", .where = run.file + ":2",
-                 .expected = "at least one row with coefficients", .found = found,
+  return Problem{.what = "no frame has a surface",
+                 .where = run.file + ":2",
+                 .expected = "at least one row with coefficients",
+                 .found = found,
                  .advice = "look at the statuses: they say why the node found no surface"};
 }
 

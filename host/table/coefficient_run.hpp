@@ -19,9 +19,9 @@ struct CoefficientRow {
   std::uint64_t sequence = 0;
   std::int64_t time_ns = 0;
   std::string status;
-  double corners_used = 0;  // NaN where the file says nothing
-  double mean_error = 0;    // in the metric's unit
-  double height_mm = 0;     // at the pattern's centre; NaN where the file says nothing
+  double corners_used = 0;                       // NaN where the file says nothing
+  double mean_error = 0;                         // in the metric's unit
+  double height_mm = 0;                          // at the pattern's centre; NaN where the file says nothing
   dsp::Coefficients<double> coefficients;        // mm, in the order of CoefficientRun::modes
   dsp::Coefficients<double> standard_deviation;  // mm; NaN where undetermined
 
@@ -34,15 +34,18 @@ struct CoefficientRun {
   std::string clock;   // of the first row
   std::string metric;  // of the first row with a surface
   dsp::ModeList modes;
-  std::vector<CoefficientRow> rows;  // at least one; boots in the order of the file, each in order of sequence
-  std::vector<std::string> notes;    // what a person should know: rows left out, a file cut short
+  std::vector<CoefficientRow>
+      rows;                        // at least one; boots in the order of the file, each in order of sequence
+  std::vector<std::string> notes;  // what a person should know: rows left out, a file cut short
 
   [[nodiscard]] std::size_t surfaces() const;
 };
 
-// node "": the only one in the file. kInput, naming file:line, for a missing column, a cell of the wrong kind, a row with
-// some of its coefficients, a frame that is there twice, no rows at all; kUsage when the node has to be named.
-[[nodiscard]] Outcome<CoefficientRun> read_coefficient_run(const std::filesystem::path& file, const std::string& node);
+// node "": the only one in the file. kInput, naming file:line, for a missing column, a cell of the wrong
+// kind, a row with some of its coefficients, a frame that is there twice, no rows at all; kUsage when the
+// node has to be named.
+[[nodiscard]] Outcome<CoefficientRun> read_coefficient_run(const std::filesystem::path& file,
+                                                           const std::string& node);
 [[nodiscard]] Outcome<CoefficientRun> coefficient_run(const CsvTable& table, const std::string& file,
                                                       const std::string& node);
 

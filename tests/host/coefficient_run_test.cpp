@@ -8,12 +8,13 @@ namespace srd::host {
 namespace {
 
 const std::string kHeader =
-    "node,boot,sequence,time_ns,clock,status,n_expected,n_found,n_used,mean_error,metric,height_mm,A00,B,sd_A00,sd_B\n";
+    "node,boot,sequence,time_ns,clock,status,n_expected,n_found,n_used,mean_error,metric,height_mm,A00,B,sd_"
+    "A00,sd_B\n";
 
-std::string row(const std::string& node, const std::string& boot, int sequence, int time, const std::string& status,
-                const std::string& values) {
-  return node + "," + boot + "," + std::to_string(sequence) + "," + std::to_string(time) + ",monotonic," + status +
-         ",20,19,18,0.02,reprojection," + values + "\n";
+std::string row(const std::string& node, const std::string& boot, int sequence, int time,
+                const std::string& status, const std::string& values) {
+  return node + "," + boot + "," + std::to_string(sequence) + "," + std::to_string(time) + ",monotonic," +
+         status + ",20,19,18,0.02,reprojection," + values + "\n";
 }
 
 Outcome<CoefficientRun> run_of(const std::string& text, const std::string& node = "") {
@@ -67,8 +68,10 @@ TEST(CoefficientRun, WrongFilesAreNamedByFileAndLine) {
   expect_problem(run_of(""), "run.csv", "no header");
   expect_problem(run_of(kHeader), "run.csv:1", "no frames");
   expect_problem(run_of("node,boot,sequence\na,7,0\n"), "run.csv:1", "no column 'time_ns'");
-  expect_problem(run_of(kHeader + good + row("a", "7", 1, 200, "tracking", "80,high,1,0.1,0.2")), "run.csv:3", "'high'");
-  expect_problem(run_of(kHeader + good + row("a", "7", 1, 200, "tracking", "80,80,nan,0.1,0.2")), "run.csv:3", "'B'");
+  expect_problem(run_of(kHeader + good + row("a", "7", 1, 200, "tracking", "80,high,1,0.1,0.2")), "run.csv:3",
+                 "'high'");
+  expect_problem(run_of(kHeader + good + row("a", "7", 1, 200, "tracking", "80,80,nan,0.1,0.2")), "run.csv:3",
+                 "'B'");
   expect_problem(run_of(kHeader + good + row("a", "7", 1, 200, "tracking", "80,80,,0.1,0.2")), "run.csv:3",
                  "some of its coefficients");
   expect_problem(run_of(kHeader + good + good), "run.csv:3", "twice");
@@ -91,7 +94,8 @@ TEST(CoefficientRun, SeveralNodesMustBeNamed) {
 }
 
 TEST(CoefficientRun, OnlyFailuresSayTheirStatuses) {
-  const auto run = run_of(kHeader + row("a", "7", 0, 100, "searching", ",,,,") + row("a", "7", 1, 200, "lost", ",,,,"));
+  const auto run =
+      run_of(kHeader + row("a", "7", 0, 100, "searching", ",,,,") + row("a", "7", 1, 200, "lost", ",,,,"));
   ASSERT_TRUE(run);
   const auto usable = require_surface(*run);
   ASSERT_FALSE(usable);

@@ -68,7 +68,8 @@ TEST(ModelSidecar, NamesWhatIsWrongAndWhere) {
     ASSERT_FALSE(read) << c.text;
     EXPECT_EQ(Exit::kUsage, read.error().exit);
     EXPECT_NE(std::string::npos, read.error().text().find(c.says)) << c.says << "\n" << read.error().text();
-    EXPECT_NE(std::string::npos, read.error().text().find(c.line + ": ")) << c.line << "\n" << read.error().text();
+    EXPECT_NE(std::string::npos, read.error().text().find(c.line + ": ")) << c.line << "\n"
+                                                                          << read.error().text();
   }
 }
 

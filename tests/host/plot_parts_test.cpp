@@ -30,7 +30,8 @@ Sine sine(double hz, double amplitude, double rate, int n) {
 }
 
 std::size_t peak(const Spectrum& s) {
-  return static_cast<std::size_t>(std::max_element(s.amplitude.begin(), s.amplitude.end()) - s.amplitude.begin());
+  return static_cast<std::size_t>(std::max_element(s.amplitude.begin(), s.amplitude.end()) -
+                                  s.amplitude.begin());
 }
 
 TEST(AmplitudeSpectrum, SineShowsItsAmplitudeAtItsFrequency) {
@@ -39,7 +40,8 @@ TEST(AmplitudeSpectrum, SineShowsItsAmplitudeAtItsFrequency) {
     double hz, amplitude, rate;
     int n;
   };
-  for (const Case& c : {Case{3, 2.5, 50, 500}, Case{3.05, 2.5, 50, 500}, Case{21.3, 0.01, 50, 777}, Case{5, 1, 20, 64}}) {
+  for (const Case& c :
+       {Case{3, 2.5, 50, 500}, Case{3.05, 2.5, 50, 500}, Case{21.3, 0.01, 50, 777}, Case{5, 1, 20, 64}}) {
     const Sine s = sine(c.hz, c.amplitude, c.rate, c.n);
     const Spectrum spectrum = amplitude_spectrum(s.seconds, s.values, 1 / c.rate);
     ASSERT_FALSE(spectrum.amplitude.empty());
@@ -58,7 +60,7 @@ TEST(AmplitudeSpectrum, LevelWaterHasNone) {
 
 TEST(AmplitudeSpectrum, GapsAreFilledWithTheNearestAndCounted) {
   Sine s = sine(2, 1.5, 50, 1000);
-  for (std::size_t i = 100; i < 110; ++i) s.values[i] = kNaN;  // no surface
+  for (std::size_t i = 100; i < 110; ++i) s.values[i] = kNaN;         // no surface
   s.seconds.erase(s.seconds.begin() + 500, s.seconds.begin() + 510);  // no frame
   s.values.erase(s.values.begin() + 500, s.values.begin() + 510);
   const Spectrum spectrum = amplitude_spectrum(s.seconds, s.values, 0.02);
@@ -87,8 +89,9 @@ CoefficientRow frame(const std::string& boot, std::uint64_t sequence, double ms)
 TEST(Timeline, GapsAreNeverJoined) {
   CoefficientRun run;
   // 0 1 2 | 4 (one lost) 5 | 6 late by one interval | other boot | 1
-  run.rows = {frame("a", 0, 0),  frame("a", 1, 20),  frame("a", 2, 40),  frame("a", 4, 80), frame("a", 5, 100),
-              frame("a", 6, 140), frame("b", 0, 160), frame("b", 1, 180), frame("b", 2, 200)};
+  run.rows = {frame("a", 0, 0),   frame("a", 1, 20),  frame("a", 2, 40),
+              frame("a", 4, 80),  frame("a", 5, 100), frame("a", 6, 140),
+              frame("b", 0, 160), frame("b", 1, 180), frame("b", 2, 200)};
   const Timeline timeline = make_timeline(run);
   EXPECT_NEAR(0.02, timeline.interval_s, 1e-12);
   EXPECT_NEAR(0.2, timeline.seconds.back(), 1e-12);
@@ -109,7 +112,8 @@ TEST(Axis, TicksAreRoundAndInside) {
     ASSERT_LE(at.size(), 7u) << low << " " << high;
     const double step = at[1] - at[0];
     const double leading = step / std::pow(10, std::floor(std::log10(step) + 1e-6));
-    EXPECT_TRUE(std::abs(leading - 1) < 1e-6 || std::abs(leading - 2) < 1e-6 || std::abs(leading - 5) < 1e-6) << step;
+    EXPECT_TRUE(std::abs(leading - 1) < 1e-6 || std::abs(leading - 2) < 1e-6 || std::abs(leading - 5) < 1e-6)
+        << step;
     for (const double t : at) {
       EXPECT_GE(t, low - 1e-6 * step);
       EXPECT_LE(t, high + 1e-6 * step);
@@ -134,7 +138,7 @@ TEST(Axis, LongSeriesKeepTheirPeaks) {
     x.push_back(i / 50000.0);
     y.push_back(0);
   }
-  y[31234] = 1;   // one frame only
+  y[31234] = 1;  // one frame only
   y[31235] = -1;
   Scene scene(100, 50);
   draw_series(scene, panel, x, y, {{0, 50000}}, {kBlue, 1}, "series");
