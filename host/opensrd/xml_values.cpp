@@ -94,8 +94,9 @@ Outcome<XmlValues> XmlValues::load(const std::filesystem::path& file) {
 }
 
 Outcome<XmlValues> XmlValues::parse(const std::string& text, const std::filesystem::path& file) {
-  const auto wrong = [&](const std::string& found) {
-    return Problem{Exit::kUsage, "is not an OpenSRD settings file", file.string(), kExpected, found, ""};
+  const auto wrong = [&](const std::string& found, const std::string& line = {}) {
+    return Problem{Exit::kUsage, "is not an OpenSRD settings file", file.string() + (line.empty() ? "" : ":" + line),
+                   kExpected, found, "every value of several words stands in double quotes"};
   };
   if (text.find("<opencv_storage") == std::string::npos) return wrong("no <opencv_storage>");
   XmlValues values;
@@ -115,7 +116,11 @@ Outcome<XmlValues> XmlValues::parse(const std::string& text, const std::filesyst
                                     "the other in line " + std::to_string(earlier->second.line), ""});
     }
   } catch (const cv::Exception& exception) {
-    return wrong(exception.err);
+    // The parser puts "(line): message" where other exceptions name a function.
+    const std::string& said = exception.func;
+    const std::size_t close = said.find("): ");
+    if (!said.starts_with('(') || close == std::string::npos) return wrong(exception.err);
+    return wrong(said.substr(close + 3), said.substr(1, close - 1));
   } catch (const std::exception& exception) {
     return wrong(exception.what());
   }
