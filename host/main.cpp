@@ -13,11 +13,11 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", SRD_VERSION);
   app.require_subcommand(1);
   int exit_code = 0;
-  srd::add_listen_command(app, exit_code);
-  srd::add_reconstruct_command(app, exit_code);
-  srd::add_simulate_command(app, exit_code);
-  srd::add_compare_command(app, exit_code);
-  srd::add_plot_command(app, exit_code);
+  srd::host::add_listen_command(app, exit_code);
+  srd::host::add_reconstruct_command(app, exit_code);
+  srd::host::add_simulate_command(app, exit_code);
+  srd::host::add_compare_command(app, exit_code);
+  srd::host::add_plot_command(app, exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
