@@ -59,11 +59,13 @@ class DampedGaussNewton {
       if (options_.deadline != nullptr && options_.deadline(options_.deadline_context)) break;
 
       out.stop = Stop::kNoProgress;
-      if (!step(a, sums, damping)) {
+      const double promised =
+          step(a, sums, damping) ? promised_fall(sums) : -std::numeric_limits<double>::infinity();
+      // No factor, or a step bent by the box so far that the model itself sees the cost rise.
+      if (promised < -sums.cost_noise) {
         if (!grow(damping, growth)) break;
         continue;
       }
-      const double promised = promised_fall(sums);
       if (damping <= kUndamped) {
         out.stop = Stop::kStep;
         if (options_.epsx > 0 && scaled_size() <= options_.epsx) break;
