@@ -54,6 +54,8 @@ std::optional<CoefficientFrame> read(const wire::CoefficientFrame& from, const S
   to.refractive_index = model.refractive_index();
   to.centre_x_mm = model.centre_x_mm();
   to.centre_y_mm = model.centre_y_mm();
+  to.pattern_x_mm = model.pattern_x_mm();
+  to.pattern_y_mm = model.pattern_y_mm();
   to.coefficients.resize(from.coefficients_size());
   for (int i = 0; i < from.coefficients_size(); ++i) to.coefficients[i] = from.coefficients(i);
   if (from.has_information() && !read(from.information(), to.information)) return std::nullopt;

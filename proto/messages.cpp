@@ -7,9 +7,12 @@ namespace {
 
 constexpr float kMostPixel = 65536;
 constexpr std::uint32_t kMostPoints = 1u << 14;
+constexpr float kLeastLength = 1e-3f, kMostLength = 1e6f;  // mm
 
 bool finite(float x) { return std::isfinite(x); }
 bool positive(float x) { return finite(x) && x > 0; }
+bool is_length(float x) { return x >= kLeastLength && x <= kMostLength; }
+bool is_place(float x) { return x >= -kMostLength && x <= kMostLength; }
 bool not_negative(float x) { return finite(x) && x >= 0; }
 
 bool valid(const Stamp& stamp) { return stamp.clock <= ClockId::kRecording; }
@@ -79,9 +82,11 @@ bool valid(const NodeHeader& header) {
 bool valid(const CoefficientFrame& frame) {
   const auto n = frame.model.modes.size();
   const auto coefficients = static_cast<int>(frame.coefficients.size());
-  return valid(frame.stamp) && static_cast<int>(frame.status) < kFrameStatusCount && n > 0 && positive(frame.model.lx) &&
-         positive(frame.model.ly) && finite(frame.model.x0) && finite(frame.model.y0) && frame.refractive_index >= 1 &&
-         frame.refractive_index < 4 && finite(frame.centre_x_mm) && finite(frame.centre_y_mm) &&
+  return valid(frame.stamp) && static_cast<int>(frame.status) < kFrameStatusCount && n > 0 && is_length(frame.model.lx) &&
+         is_length(frame.model.ly) && is_place(frame.model.x0) && is_place(frame.model.y0) &&
+         frame.refractive_index >= 1 && frame.refractive_index <= 2 && is_place(frame.centre_x_mm) &&
+         is_place(frame.centre_y_mm) && not_negative(frame.pattern_x_mm) && frame.pattern_x_mm <= kMostLength &&
+         not_negative(frame.pattern_y_mm) && frame.pattern_y_mm <= kMostLength &&
          (coefficients == 0 || coefficients == n) && frame.coefficients.allFinite() && valid(frame.information) &&
          (frame.information.size == 0 || frame.information.size == coefficients) &&
          frame.metric <= dsp::Metric::kCollinearity && not_negative(frame.mean_error) &&

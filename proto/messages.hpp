@@ -59,8 +59,9 @@ struct CoefficientFrame {
   Stamp stamp;  // middle of the light that made the image
   FrameStatus status = FrameStatus::kSearching;
   dsp::SurfaceModel<float> model;     // always; at least one mode
-  float refractive_index = 1;         // of the water, in [1, 4)
-  float centre_x_mm = 0, centre_y_mm = 0;  // of the pattern
+  float refractive_index = 1;         // of the water, 1 to 2
+  float centre_x_mm = 0, centre_y_mm = 0;    // of the pattern
+  float pattern_x_mm = 0, pattern_y_mm = 0;  // its size along X and Y; 0: not known
   dsp::Coefficients<float> coefficients;   // mm; empty: no surface
   InformationFactor information;      // size 0: not known
   dsp::Metric metric = dsp::Metric::kReprojection;

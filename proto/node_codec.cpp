@@ -51,6 +51,8 @@ void fill(const CoefficientFrame& from, srd_wire_SurfaceModel& to) {
   to.refractive_index = from.refractive_index;
   to.centre_x_mm = from.centre_x_mm;
   to.centre_y_mm = from.centre_y_mm;
+  to.pattern_x_mm = from.pattern_x_mm;
+  to.pattern_y_mm = from.pattern_y_mm;
 }
 
 void fill(const InformationFactor& from, srd_wire_InformationFactor& to) {

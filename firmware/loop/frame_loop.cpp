@@ -80,6 +80,8 @@ FrameLoop::FrameLoop(Camera& camera, dsp::SurfaceTracker<float>& tracker, const 
   const dsp::Vec2<double> centre = tracker.pattern().centre();
   record_.centre_x_mm = static_cast<float>(centre.x());
   record_.centre_y_mm = static_cast<float>(centre.y());
+  record_.pattern_x_mm = static_cast<float>((tracker.pattern().rows() - 1) * tracker.pattern().square());
+  record_.pattern_y_mm = static_cast<float>((tracker.pattern().columns() - 1) * tracker.pattern().square());
   counters_.state = static_cast<std::uint8_t>(proto::NodeState::kStarting);
 }
 

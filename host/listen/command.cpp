@@ -91,7 +91,7 @@ void add_listen_command(CLI::App& app, int& exit_code) {
   force->needs("--csv");
   command->footer(
       "A node with another list of modes than the first gets a file of its own beside FILE: run.csv, run.A00-B-C.csv.\n"
-      "run.models.csv says lengths, origin and refractive index once a node. Without --csv nothing is kept.");
+      "run.csv.model.toml says lengths, origin, index and pattern of each node. Without --csv nothing is kept.");
   command->callback([given, &exit_code] {
     if (given->append) given->options.open = OpenMode::kAppend;
     if (given->force) given->options.open = OpenMode::kReplace;

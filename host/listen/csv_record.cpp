@@ -3,6 +3,8 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <charconv>
 #include <cstring>
@@ -16,8 +18,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kModelsHeader =
-    "node,boot,modes,lx_mm,ly_mm,x0_mm,y0_mm,refractive_index,centre_x_mm,centre_y_mm\n";
 constexpr std::size_t kWriteAt = 1 << 16;  // bytes pending
 
 Problem failed(const fs::path& path, const char* action, int error) {
@@ -30,9 +30,27 @@ Problem exists_already(const fs::path& path) {
           .advice = "another name, --append to go on with it, or --force to write it anew"};
 }
 
-std::string number(float value) {
+// The number that was meant: 1.333, not the nearest float's 1.33299994.
+double decimal(float value) {
   std::array<char, 32> text;
-  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
+  const char* end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  double meant = 0;
+  std::from_chars(text.data(), end, meant);
+  return meant;
+}
+
+NodeModel model_of(const proto::BootId& from, const proto::CoefficientFrame& frame) {
+  const dsp::SurfaceModel<float>& model = frame.model;
+  NodeModel out{std::string(from.node.view()),
+                {model.modes, decimal(model.lx), decimal(model.ly), decimal(model.x0), decimal(model.y0)},
+                decimal(frame.refractive_index),
+                std::nullopt};
+  if (frame.pattern_x_mm > 0 && frame.pattern_y_mm > 0) {
+    const double x = decimal(frame.centre_x_mm), y = decimal(frame.centre_y_mm);
+    const double half_x = decimal(frame.pattern_x_mm) / 2, half_y = decimal(frame.pattern_y_mm) / 2;
+    out.pattern = PatternExtent{x - half_x, x + half_x, y - half_y, y + half_y};
+  }
+  return out;
 }
 
 }  // namespace
@@ -69,15 +87,11 @@ Outcome<std::unique_ptr<CsvRecord>> CsvRecord::open(const fs::path& file, OpenMo
       if (const auto done = record->take_over(file); !done) return done.error();
     for (const fs::path& further : record->further_files())
       if (const auto done = record->take_over(further); !done) return done.error();
-    if (const auto done = record->take_over_models(); !done) return done.error();
   } else if (const auto further = record->further_files(); mode == OpenMode::kNew && !further.empty()) {
     return exists_already(further.front());
   }
   if (record->files_.empty())
     if (const auto done = record->open_file(file, record->files_[""]); !done) return done.error();
-  if (const auto done = record->open_file(record->beside("models"), record->models_); !done) return done.error();
-  if (mode != OpenMode::kAppend || fs::file_size(record->models_.path, ignored) == 0)
-    record->models_.pending = kModelsHeader;
   return record;
 }
 
@@ -90,7 +104,7 @@ std::vector<fs::path> CsvRecord::further_files() const {
     const std::string name = entry.path().filename().string();
     const fs::path stem = entry.path().stem();  // run.A00-B-C
     if (entry.path().extension() != path_.extension() || stem.stem() != path_.stem()) continue;
-    if (name == path_.filename() || name == beside("models").filename()) continue;
+    if (name == path_.filename()) continue;
     const auto recorded = read_recorded(entry.path());
     if (recorded.ok() && recorded->modes && stem.extension() == "." + joined_names(*recorded->modes, '-'))
       found.push_back(path_.has_parent_path() ? folder / name : fs::path(name));
@@ -106,28 +120,15 @@ Outcome<void> CsvRecord::take_over(const fs::path& path) {
   if (const auto done = open_file(path, file); !done) return done;
   if (::ftruncate(file.fd.get(), static_cast<off_t>(recorded->whole_bytes)) != 0)
     return failed(path, "cut off the torn last line", errno);
+  if (std::error_code ignored; fs::exists(model_sidecar_path(path), ignored)) {
+    // One that cannot be read is written anew with the next boot's first row.
+    if (auto models = read_model_sidecar(model_sidecar_path(path)); models.ok())
+      file.models = std::move(*models);
+    else
+      notes_.push_back(models.error().text());
+  }
   for (auto& [boot, frames] : recorded->frames)
     for (const proto::SequenceRange& range : frames.ranges()) recorded_[boot].add(range);
-  return {};
-}
-
-Outcome<void> CsvRecord::take_over_models() {
-  const fs::path path = beside("models");
-  std::error_code ignored;
-  if (!fs::exists(path, ignored)) return {};
-  const auto table = CsvTable::read(path);
-  if (table.ok() && table->has("node") && table->has("boot")) {
-    for (std::size_t row = 0; row < table->rows(); ++row) {
-      std::uint64_t boot = 0;
-      const auto node = proto::NodeId::make(table->cell(row, table->index_of("node")));
-      const std::string_view text = table->cell(row, table->index_of("boot"));
-      if (node && std::from_chars(text.data(), text.data() + text.size(), boot).ec == std::errc{})
-        described_.insert({*node, boot});
-    }
-    if (table->cut_short()) fs::resize_file(path, table->whole_bytes(), ignored);
-  } else {
-    fs::resize_file(path, 0, ignored);  // cut within its header
-  }
   return {};
 }
 
@@ -148,22 +149,35 @@ Outcome<CsvRecord::File*> CsvRecord::file_for(const dsp::ModeList& modes) {
   return file;
 }
 
-void CsvRecord::describe_model(const proto::BootId& from, const proto::CoefficientFrame& frame) {
-  if (!described_.insert(from).second) return;
-  std::string& out = models_.pending;
-  out += from.node.view();
-  out += "," + std::to_string(from.boot) + "," + joined_names(frame.model.modes, '-');
-  for (const float value : {frame.model.lx, frame.model.ly, frame.model.x0, frame.model.y0, frame.refractive_index,
-                            frame.centre_x_mm, frame.centre_y_mm})
-    out += "," + number(value);
-  out += "\n";
+// Before the boot's first row is safe, so that no row is without its model.
+Outcome<void> CsvRecord::describe_model(const proto::BootId& from, const proto::CoefficientFrame& frame, File& file) {
+  if (!file.described.insert(from).second) return {};
+  const NodeModel model = model_of(from, frame);
+  ModelSidecar wanted = file.models;
+  const auto known = std::find_if(wanted.nodes.begin(), wanted.nodes.end(),
+                                  [&](const NodeModel& other) { return other.node == model.node; });
+  if (known == wanted.nodes.end()) {
+    wanted.nodes.push_back(model);
+  } else {
+    if (model_sidecar_text({{*known}}) == model_sidecar_text({{model}})) return {};
+    notes_.push_back(model.node + " came back with another surface model: rows of " + file.path.string() +
+                     " before boot " + std::to_string(from.boot) + " do not belong to the model beside it");
+    *known = model;
+  }
+  file.models = std::move(wanted);
+  if (auto done = write_model_sidecar(model_sidecar_path(file.path), file.models); !done) {
+    Problem problem = done.error();
+    problem.exit = Exit::kDevice;
+    return problem;
+  }
+  return {};
 }
 
 Outcome<void> CsvRecord::write(const proto::BootId& from, std::uint64_t sequence,
                                const proto::CoefficientFrame& frame) {
   const auto file = file_for(frame.model.modes);
   if (!file) return file.error();
-  describe_model(from, frame);
+  if (auto done = describe_model(from, frame, **file); !done) return done;
   append_csv_row(from, sequence, frame, (*file)->pending);
   return (*file)->pending.size() < kWriteAt ? Outcome<void>() : write_out(**file);
 }
@@ -193,7 +207,7 @@ Outcome<void> CsvRecord::flush() {
   };
   for (auto& [names, file] : files_)
     if (auto done = flush_one(file); !done) return done;
-  return flush_one(models_);
+  return {};
 }
 
 std::vector<fs::path> CsvRecord::files() const {

@@ -1,8 +1,8 @@
 // The record of a run as CSV. A row is safe once flush() has returned: the file's bytes are on the disk (fdatasync).
 //
 // One file has one list of modes. The first list that comes goes to the file that was asked for; a node with another list
-// gets a file of its own beside it: run.csv, run.A00-B-C.csv. What a row alone does not say (lengths, origin, index of
-// refraction, pattern's centre) stands once a boot in run.models.csv.
+// gets a file of its own beside it: run.csv, run.A00-B-C.csv. What a row does not say (lengths, origin, index of
+// refraction, pattern) stands beside each file, in run.csv.model.toml (model_sidecar.hpp).
 //
 // Opening to append reads which frames the files have, and cuts off a last line that was not written to its end.
 #pragma once
@@ -17,6 +17,7 @@
 #include "drivers/support/unique_fd.hpp"
 #include "host/listen/frame_sink.hpp"
 #include "host/listen/sequence_set.hpp"
+#include "host/table/model_sidecar.hpp"
 
 namespace srd::host {
 
@@ -35,6 +36,8 @@ class CsvRecord final : public FrameSink {
   // What the files had when they were opened.
   [[nodiscard]] const std::map<proto::BootId, SequenceSet>& recorded() const { return recorded_; }
   [[nodiscard]] std::vector<std::filesystem::path> files() const;
+  // What a person should know at the end.
+  [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
 
  private:
   struct File {
@@ -42,22 +45,23 @@ class CsvRecord final : public FrameSink {
     UniqueFd fd;
     std::string pending;  // not written yet
     bool has_rows_to_sync = false;
+    ModelSidecar models;
+    std::set<proto::BootId> described;  // boots of this run whose model is in models
   };
   CsvRecord(std::filesystem::path path, OpenMode mode) : path_(std::move(path)), mode_(mode) {}
   [[nodiscard]] Outcome<void> open_file(const std::filesystem::path& path, File& file);
   [[nodiscard]] Outcome<void> take_over(const std::filesystem::path& path);
   [[nodiscard]] std::vector<std::filesystem::path> further_files() const;
-  [[nodiscard]] Outcome<void> take_over_models();
   [[nodiscard]] std::filesystem::path beside(const std::string& part) const;
   [[nodiscard]] Outcome<File*> file_for(const dsp::ModeList& modes);
-  void describe_model(const proto::BootId& from, const proto::CoefficientFrame& frame);
+  [[nodiscard]] Outcome<void> describe_model(const proto::BootId& from, const proto::CoefficientFrame& frame,
+                                             File& file);
   [[nodiscard]] static Outcome<void> write_out(File& file);
 
   std::filesystem::path path_;
   OpenMode mode_;
   std::map<std::string, File> files_;  // by joined names of modes; "" until the first file knows its own
-  File models_;
-  std::set<proto::BootId> described_;
+  std::vector<std::string> notes_;
   std::map<proto::BootId, SequenceSet> recorded_;
 };
 

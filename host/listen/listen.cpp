@@ -121,6 +121,8 @@ Outcome<void> listen(const ListenOptions& options, const std::atomic<bool>& stop
   for (int i = 0; i < 3; ++i) listener.send(*answers);  // nobody asks again
 
   options.say(summary_table(session));
+  if (record)
+    for (const std::string& note : record->notes()) options.say("note: " + note);
   if (record && record->files().size() > 1) {
     std::string files = "nodes with different modes have files of their own:";
     for (const auto& file : record->files()) files += " " + file.string();

@@ -38,6 +38,8 @@ proto::CoefficientFrame frame_of(int parameters, float height) {
   frame.refractive_index = 1.333f;
   frame.centre_x_mm = 100;
   frame.centre_y_mm = 200;
+  frame.pattern_x_mm = 180;
+  frame.pattern_y_mm = 360;
   frame.coefficients.setZero(parameters);
   frame.coefficients[0] = height;
   if (parameters >= 3) frame.coefficients[1] = 2;  // B: X / Lx
@@ -88,9 +90,6 @@ TEST(CsvRecord, WritesTheColumnsThatProgramsAgreeOn) {
             "80.25,2,0,0.01,0.01,0.01\n"
             "cam-1,18446744073709551615,8,1700000000123456789,realtime,lost,100,90,80,,reprojection,,,,,,,\n"
             "cam-1,18446744073709551615,9,1700000000123456789,realtime,ok,100,90,80,0.0625,reprojection,81,80,2,0,,,\n");
-  EXPECT_EQ(text_of(folder.path / "run.models.csv"),
-            "node,boot,modes,lx_mm,ly_mm,x0_mm,y0_mm,refractive_index,centre_x_mm,centre_y_mm\n"
-            "cam-1,18446744073709551615,A00-B-C,200,400,0,0,1.333,100,200\n");
   const auto table = CsvTable::read(folder.path / "run.csv");
   ASSERT_TRUE(table.ok());
   EXPECT_TRUE(std::isnan(table->numbers("A00").value()[1]));
@@ -136,7 +135,6 @@ TEST(CsvRecord, AppendingKnowsWhatIsThere) {
   write(*record, 10, frame_of(3, 2));
   EXPECT_TRUE(text_of(file).starts_with(before));
   EXPECT_EQ(CsvTable::read(file).value().rows(), 5u);
-  EXPECT_EQ(CsvTable::read(folder.path / "run.models.csv").value().rows(), 1u);
 }
 
 TEST(CsvRecord, CutAtAnyByteIsContinuedFromTheLastWholeRow) {
@@ -186,8 +184,39 @@ TEST(CsvRecord, EachListOfModesHasItsFile) {
   ASSERT_TRUE(record->flush().ok());
   EXPECT_EQ(CsvTable::read(folder.path / "run.A00-B-C.csv").value().rows(), 2u);
   fs::remove(file);
-  fs::remove(folder.path / "run.models.csv");
   EXPECT_FALSE(CsvRecord::open(file, OpenMode::kNew).ok());
+}
+
+TEST(CsvRecord, SaysWhichModelTheRowsBelongTo) {
+  const Folder folder;
+  const fs::path file = folder.path / "run.csv";
+  const proto::BootId other{*proto::NodeId::make("cam-2"), 2};
+  {
+    const auto record = open(file, OpenMode::kNew);
+    write(*record, 0, frame_of(3, 1));
+    ASSERT_TRUE(record->write(other, 0, frame_of(3, 1)).ok());
+    EXPECT_TRUE(record->notes().empty());
+  }
+  auto sidecar = read_model_sidecar(model_sidecar_path(file));
+  ASSERT_TRUE(sidecar.ok()) << sidecar.error().text();
+  ASSERT_EQ(sidecar->nodes.size(), 2u);
+  const NodeModel* model = sidecar->find("cam-1");
+  ASSERT_NE(model, nullptr);
+  EXPECT_EQ(model->model.lx, 200);
+  EXPECT_EQ(model->model.ly, 400);
+  EXPECT_EQ(model->refractive_index, 1.333);
+  EXPECT_EQ(model->pattern, (PatternExtent{10, 190, 20, 380}));
+  // The same again says nothing; another model is noted.
+  const auto record = open(file, OpenMode::kAppend);
+  write(*record, 1, frame_of(3, 1));
+  EXPECT_TRUE(record->notes().empty());
+  proto::CoefficientFrame changed = frame_of(3, 1);
+  changed.model.lx = 250;
+  ASSERT_TRUE(record->write({kNode.node, 99}, 0, changed).ok());
+  EXPECT_EQ(record->notes().size(), 1u);
+  sidecar = read_model_sidecar(model_sidecar_path(file));
+  EXPECT_EQ(sidecar->find("cam-1")->model.lx, 250);
+  EXPECT_EQ(sidecar->nodes.size(), 2u);
 }
 
 TEST(CsvRecord, ForeignRowsAreAnErrorWithTheirLine) {

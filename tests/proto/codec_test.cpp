@@ -33,6 +33,7 @@ void expect_same(const CoefficientFrame& a, const CoefficientFrame& b) {
   RC_ASSERT(a.model.lx == b.model.lx && a.model.ly == b.model.ly && a.model.x0 == b.model.x0 && a.model.y0 == b.model.y0);
   RC_ASSERT(a.refractive_index == b.refractive_index);
   RC_ASSERT(a.centre_x_mm == b.centre_x_mm && a.centre_y_mm == b.centre_y_mm);
+  RC_ASSERT(a.pattern_x_mm == b.pattern_x_mm && a.pattern_y_mm == b.pattern_y_mm);
   RC_ASSERT(a.coefficients.size() == b.coefficients.size());
   for (Eigen::Index i = 0; i < a.coefficients.size(); ++i) RC_ASSERT(a.coefficients[i] == b.coefficients[i]);
   RC_ASSERT(a.information == b.information);
@@ -204,6 +205,12 @@ TEST(Codec, WhatBreaksABoundIsNotSent) {
   EXPECT_EQ(error_of(bad), Errc::kInvalidArgument);
   bad = good;
   bad.model.modes = dsp::ModeList{};
+  EXPECT_EQ(error_of(bad), Errc::kInvalidArgument);
+  bad = good;
+  bad.model.lx = 0;
+  EXPECT_EQ(error_of(bad), Errc::kInvalidArgument);
+  bad = good;
+  bad.refractive_index = std::nanf("");
   EXPECT_EQ(error_of(bad), Errc::kInvalidArgument);
   bad = good;
   bad.coefficients.resize(2);

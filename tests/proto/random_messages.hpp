@@ -58,6 +58,8 @@ inline CoefficientFrame any_frame(Generator& random, int modes = 0) {
   frame.refractive_index = any_float(random, 1, 1.6f);
   frame.centre_x_mm = any_float(random, -500, 500);
   frame.centre_y_mm = any_float(random, -500, 500);
+  frame.pattern_x_mm = any_float(random, 0, 1000);
+  frame.pattern_y_mm = any_float(random, 0, 1000);
   if (modes != 0 || random() % 4 != 0) {
     frame.coefficients.resize(static_cast<Eigen::Index>(n));
     for (auto& a : frame.coefficients) a = any_float(random, -100, 100);
