@@ -83,7 +83,9 @@ Figure coefficient_figure(const PlotInput& input) {
       "Lines stop where frames are missing or have no surface";
   if (!failure_legend(input).empty())
     figure.caption +=
-        "; frames without a surface are marked along the time axis in the colour of their status";
+        "; frames without a surface, or with one that the node doubts, are marked along the time axis in the "
+        "colour of "
+        "their status";
   figure.caption += ".";
   return figure;
 }

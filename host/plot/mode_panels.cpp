@@ -43,7 +43,7 @@ Scale time_scale(const Timeline& timeline) {
 void draw_failures(Scene& scene, const Panel& panel, const PlotInput& input) {
   std::map<std::string, std::set<long>> columns;  // half units: marks that would lie on each other are one
   for (std::size_t i = 0; i < input.run.rows.size(); ++i)
-    if (!input.run.rows[i].has_surface())
+    if (input.run.rows[i].is_flagged())
       columns[input.run.rows[i].status].insert(
           std::lround(2 * panel.at(input.timeline.seconds[i], panel.y.low).x));
   for (const auto& [status, places] : columns) {
@@ -63,7 +63,7 @@ void draw_failures(Scene& scene, const Panel& panel, const PlotInput& input) {
 std::vector<LegendEntry> failure_legend(const PlotInput& input) {
   std::map<std::string, std::size_t> counts;
   for (const CoefficientRow& row : input.run.rows)
-    if (!row.has_surface()) ++counts[row.status];
+    if (row.is_flagged()) ++counts[row.status];
   std::vector<LegendEntry> entries;
   for (const auto& [status, count] : counts)
     entries.push_back({status + ": " + std::to_string(count) + (count == 1 ? " frame" : " frames"),

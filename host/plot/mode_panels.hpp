@@ -31,7 +31,7 @@ void draw_heading(Scene& scene, const std::string& heading, const std::string& r
 // Time scale of a run: from its first to its last frame.
 [[nodiscard]] Scale time_scale(const Timeline& timeline);
 
-// Frames without a surface as short marks on a panel's lower edge, coloured by status.
+// Flagged frames as short marks on a panel's lower edge, coloured by status.
 void draw_failures(Scene& scene, const Panel& panel, const PlotInput& input);
 // One legend entry a status: "lost: 12 frames".
 [[nodiscard]] std::vector<LegendEntry> failure_legend(const PlotInput& input);

@@ -18,7 +18,7 @@ inline constexpr Colour kInk{34, 34, 34}, kFaintInk{90, 90, 90}, kGrid{228, 228,
 // Viridis (Smith & van der Walt, 2015) at 0 to 1, dark to light; beyond the ends: the ends.
 [[nodiscard]] Colour viridis(double at);
 
-// One colour for each status of a frame without a surface.
+// The colour of a frame's status; statuses that seldom come share black.
 [[nodiscard]] Colour status_colour(std::string_view status);
 
 }  // namespace srd::host

@@ -69,17 +69,16 @@ Outcome<Gathered> gather(const PlotOptions& options) {
   return g;
 }
 
-std::size_t missing_frames(const CoefficientRun& run) {
-  std::size_t missing = 0;
+std::uint64_t missing_frames(const CoefficientRun& run) {
+  std::uint64_t missing = 0;
   for (std::size_t i = 1; i < run.rows.size(); ++i)
-    if (run.rows[i].boot == run.rows[i - 1].boot)
-      missing += run.rows[i].sequence - run.rows[i - 1].sequence - 1;
+    if (run.rows[i].boot == run.rows[i - 1].boot) missing += missing_between(run.rows[i - 1], run.rows[i]);
   return missing;
 }
 
 std::vector<std::pair<std::string, std::string>> facts_of(const PlotInput& input) {
   const CoefficientRun& run = input.run;
-  const std::size_t missing = missing_frames(run);
+  const std::uint64_t missing = missing_frames(run);
   std::vector<std::pair<std::string, std::string>> facts{{"File", run.file}, {"Node", run.node}};
   facts.emplace_back("Frames", std::to_string(run.rows.size()) + ", " + std::to_string(run.surfaces()) +
                                    " with a surface" +

@@ -9,7 +9,7 @@ namespace {
 constexpr double kLongestInterval = 1.5;  // of the median: a frame left out makes it 2
 
 bool next_in_sequence(const CoefficientRow& before, const CoefficientRow& row) {
-  return row.boot == before.boot && row.sequence == before.sequence + 1 && row.time_ns > before.time_ns;
+  return row.boot == before.boot && missing_between(before, row) == 0 && row.time_ns > before.time_ns;
 }
 
 double interval(const CoefficientRow& before, const CoefficientRow& row) {

@@ -117,7 +117,37 @@ void drop_other_clocks(CoefficientRun& run) {
   run.rows.erase(run.rows.begin(), run.rows.begin() + static_cast<std::ptrdiff_t>(first));
 }
 
+// A strobed run has dark frames between the lit ones: they are no gaps.
+void take_out_dark(CoefficientRun& run) {
+  std::vector<CoefficientRow> lit;
+  std::uint64_t dark = 0, all_dark = 0;
+  std::string boot;
+  for (const CoefficientRow& row : run.rows) {
+    if (row.boot != boot) dark = 0;
+    boot = row.boot;
+    if (row.status == "dark" && !row.has_surface()) {
+      ++dark;
+      ++all_dark;
+      continue;
+    }
+    lit.push_back(row);
+    lit.back().dark_before = dark;
+    dark = 0;
+  }
+  if (all_dark == 0) return;
+  run.notes.push_back(std::to_string(all_dark) + " dark frames are left out");
+  run.rows = std::move(lit);
+}
+
 }  // namespace
+
+bool CoefficientRow::is_flagged() const {
+  return !has_surface() || status == "poor_fit" || status == "not_converged";
+}
+
+std::uint64_t missing_between(const CoefficientRow& before, const CoefficientRow& row) {
+  return row.sequence - before.sequence - 1 - row.dark_before;
+}
 
 bool CoefficientRow::has_surface() const { return coefficients.size() > 0 && std::isfinite(coefficients[0]); }
 
@@ -180,6 +210,13 @@ Outcome<CoefficientRun> coefficient_run(const CsvTable& table, const std::string
   run.rows.reserve(rows.size());
   for (auto& [row, line] : rows) run.rows.push_back(std::move(row));
   drop_other_clocks(run);
+  take_out_dark(run);
+  if (run.rows.empty())
+    return Problem{.what = "no frames but dark ones",
+                   .where = file + ":2",
+                   .expected = "frames with light",
+                   .found = std::to_string(rows.size()) + " dark frames",
+                   .advice = "check the strobe and the exposure"};
   return run;
 }
 

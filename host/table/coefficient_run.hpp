@@ -17,6 +17,7 @@ namespace srd::host {
 struct CoefficientRow {
   std::string boot;
   std::uint64_t sequence = 0;
+  std::uint64_t dark_before = 0;  // frames without light, on purpose, since the row before: they are no rows
   std::int64_t time_ns = 0;
   std::string status;
   double corners_used = 0;                       // NaN where the file says nothing
@@ -26,7 +27,12 @@ struct CoefficientRow {
   dsp::Coefficients<double> standard_deviation;  // mm; NaN where undetermined
 
   [[nodiscard]] bool has_surface() const;
+  // No surface, or one that the node itself doubts: status poor_fit or not_converged.
+  [[nodiscard]] bool is_flagged() const;
 };
+
+// Frames that should lie between two rows of one boot and do not.
+[[nodiscard]] std::uint64_t missing_between(const CoefficientRow& before, const CoefficientRow& row);
 
 struct CoefficientRun {
   std::string file;

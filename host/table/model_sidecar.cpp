@@ -99,7 +99,7 @@ Outcome<ModelSidecar> read(const TomlFile& file) {
     node.model.ly = required(table, "ly", length, "length scale Ly, mm");
     node.model.x0 = required(table, "x0", place, "model origin X0, mm");
     node.model.y0 = required(table, "y0", place, "model origin Y0, mm");
-    node.refractive_index = required(table, "refractive_index", {1.0, 2.0, ""}, "index of the water");
+    node.refractive_index = required(table, "refractive_index", {1.0, 4.0, ""}, "index of the water");
     node.pattern = read_extent(table);
     sidecar.nodes.push_back(std::move(node));
   }

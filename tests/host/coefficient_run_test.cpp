@@ -63,6 +63,21 @@ TEST(CoefficientRun, LeavesOutFramesFromBeforeTheClockStartedAnew) {
   EXPECT_NE(std::string::npos, run->notes[0].find("1 frames before boot 3"));
 }
 
+TEST(CoefficientRun, DarkFramesAreNoGaps) {
+  const std::string lit = "80,80,1,0.1,0.2", none = ",,,,";
+  const auto run = run_of(kHeader + row("a", "7", 0, 100, "ok", lit) + row("a", "7", 1, 200, "dark", none) +
+                          row("a", "7", 2, 300, "ok", lit) + row("a", "7", 4, 500, "dark", none) +
+                          row("a", "7", 5, 600, "poor_fit", lit));
+  ASSERT_TRUE(run);
+  ASSERT_EQ(3u, run->rows.size());
+  EXPECT_EQ(0u, missing_between(run->rows[0], run->rows[1]));
+  EXPECT_EQ(1u, missing_between(run->rows[1], run->rows[2]));  // 3 never came
+  EXPECT_EQ((std::vector<std::string>{"2 dark frames are left out"}), run->notes);
+  EXPECT_FALSE(run->rows[1].is_flagged());
+  EXPECT_TRUE(run->rows[2].is_flagged());
+  expect_problem(run_of(kHeader + row("a", "7", 1, 200, "dark", none)), "run.csv:2", "1 dark frames");
+}
+
 TEST(CoefficientRun, WrongFilesAreNamedByFileAndLine) {
   const std::string good = row("a", "7", 0, 100, "tracking", "80,80,1,0.1,0.2");
   expect_problem(run_of(""), "run.csv", "no header");
