@@ -93,14 +93,11 @@ Outcome<RunResult> run_features(const RunPlan& plan, const Progress& progress) {
     for (std::size_t c = 0; c < plan.cameras.size(); ++c) cameras.push_back({&views[c], record.corners[c]});
     const auto known = history.starts(record.time_ns);
     std::vector<dsp::Coefficients<double>> starts(known.begin(), known.end());
-    if (!history.any())
+    if (history.size() == 0)
       if (const auto surface = first->find(cameras, plan.guess)) starts.insert(starts.begin(), surface->coefficients);
     record.estimate = estimator->estimate(cameras, starts);
     record.status = status_text(record.estimate.stop);
-    if (record.has_surface())
-      history.add(record.time_ns, record.estimate.coefficients);
-    else
-      history.miss();
+    if (record.has_surface()) history.add(record.time_ns, record.estimate.coefficients);
     record.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
     result.frames.push_back(std::move(record));
     if (progress) progress(i + 1, total);
