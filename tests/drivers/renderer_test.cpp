@@ -98,7 +98,7 @@ TEST_P(RendererAccuracy, CornersLieWhereBruteForcePutsThem) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    Scenes, RendererAccuracy,
+    SlowScenes, RendererAccuracy,
     testing::Values(Case{"flume", ""},  //
                     Case{"from_above", kFromAbove + "[image]\nblur_px = 0.5\n"},
                     Case{"turned", "[pose]\ncentre_mm = [-300.0, 500.0, 700.0]\ntarget_mm = [113.0, 208.0, 0.0]\n"
