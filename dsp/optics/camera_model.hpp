@@ -43,7 +43,9 @@ class CameraModel {
   [[nodiscard]] CameraModel<T> cast() const {
     std::array<double, 14> k{};
     std::copy(k_.begin(), k_.end(), k.begin());
-    return CameraModel<T>::make(fx_, fy_, cx_, cy_, k).value();
+    return CameraModel<T>::make(static_cast<double>(fx_), static_cast<double>(fy_), static_cast<double>(cx_),
+                                static_cast<double>(cy_), k)
+        .value();
   }
 
   [[nodiscard]] S fx() const { return fx_; }

@@ -82,9 +82,9 @@ void Receiver::pop_ready() {
 void Receiver::tick(std::int64_t now) {
   for (auto& [id, source] : sources_) {
     if (source.stream.missing() == 0 || now - source.heard_ns < kSupersededAfter) continue;
-    const bool superseded = std::any_of(sources_.begin(), sources_.end(), [&](const auto& other) {
-      return other.first.node == id.node && other.second.order > source.order;
-    });
+    bool superseded = false;
+    for (const auto& [other_id, other] : sources_)
+      superseded = superseded || (other_id.node == id.node && other.order > source.order);
     if (superseded) source.stream.give_up();
   }
 }

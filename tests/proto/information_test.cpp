@@ -1,6 +1,7 @@
 #include "proto/information.hpp"
 
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include <Eigen/Cholesky>
@@ -76,7 +77,7 @@ TEST(Information, RefusesWhatIsNoInformation) {
   EXPECT_FALSE(quantise<double>(matrix, factor));
   matrix << 1, 0, 0, std::nan("");
   EXPECT_FALSE(quantise<double>(matrix, factor));
-  matrix << 1, 0, 0, INFINITY;
+  matrix << 1, 0, 0, std::numeric_limits<double>::infinity();
   EXPECT_FALSE(quantise<double>(matrix, factor));
   EXPECT_FALSE(quantise<double>(dsp::InformationMatrix<double>(2, 1), factor));
   EXPECT_FALSE(quantise<double>(dsp::InformationMatrix<double>(0, 0), factor));
