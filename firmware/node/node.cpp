@@ -1,5 +1,6 @@
 #include "firmware/node/node.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <random>
 #include <sstream>
@@ -110,6 +111,7 @@ Outcome<RunReport> run_node(const NodeConfig& config, Instrument& instrument, st
   report.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
   if (transmitter) {
     report.sent = true;
+    transmitter->set_status(StatusMaker{}.make(counters, std::max(report.seconds, 1e-3), true));
     report.transmitter = transmitter->finish();
   }
   return report;
