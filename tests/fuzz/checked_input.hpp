@@ -1,0 +1,28 @@
+// Datagrams to begin with whose check holds, so that the fuzzer reaches what lies behind it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "proto/check.hpp"
+
+namespace srd::proto::testing {
+
+inline std::vector<std::uint8_t> with_check(Direction direction, std::span<const std::uint8_t> message) {
+  std::vector<std::uint8_t> datagram(message.begin(), message.end());
+  datagram.resize(message.size() + kCheckBytes);
+  append_check(direction, datagram, message.size());
+  return datagram;
+}
+
+// A good message, changed as the fuzzer says: triples of place (two bytes) and new value; the last odd byte cuts the end off.
+inline std::vector<std::uint8_t> changed(std::vector<std::uint8_t> message, std::span<const std::uint8_t> changes) {
+  for (; changes.size() >= 3 && !message.empty(); changes = changes.subspan(3))
+    message[(changes[0] * 256u + changes[1]) % message.size()] = changes[2];
+  if (changes.size() == 1) message.resize(message.size() - std::min<std::size_t>(message.size(), changes[0]));
+  return message;
+}
+
+}  // namespace srd::proto::testing

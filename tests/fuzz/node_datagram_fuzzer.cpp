@@ -1,0 +1,39 @@
+// What the host reads: anything accepted keeps every bound.
+#include <cstdlib>
+
+#include "proto/host_codec.hpp"
+#include "proto/node_codec.hpp"
+#include "tests/fuzz/checked_input.hpp"
+#include "tests/proto/random_messages.hpp"
+
+namespace {
+
+using namespace srd::proto;
+
+void try_message(std::span<const std::uint8_t> bytes) {
+  const auto message = decode_node_datagram(testing::with_check(Direction::kFromNode, bytes));
+  if (!message) return;
+  if (!valid(message->header)) std::abort();
+  std::visit([](const auto& content) { if (!valid(content)) std::abort(); }, message->content);
+  if (const auto* frame = std::get_if<CoefficientFrame>(&message->content))
+    (void)standard_deviations(frame->information);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
+  const std::span input(bytes, size);
+  (void)decode_node_datagram(input);
+  try_message(input);
+  if (size < 2) return 0;
+  // A good message of a kind and seed that the fuzzer chooses, then changed.
+  testing::Generator random(bytes[1]);
+  std::vector<std::uint8_t> good(kMaxDatagram);
+  const NodeHeader header = testing::any_header(random);
+  const auto encoded = bytes[0] % 3 == 0   ? encode(header.from, header.sequence, testing::any_frame(random), good)
+                       : bytes[0] % 3 == 1 ? encode(header.from, header.sequence, testing::any_status(random), good)
+                                           : encode(header.from, header.sequence, testing::any_chunk(random), good);
+  good.resize(*encoded);
+  try_message(testing::changed(std::move(good), input.subspan(2)));
+  return 0;
+}
