@@ -46,7 +46,8 @@ class FixedCholesky {
     for (int j = 0; j < N; ++j)
       for (int i = j; i < N; ++i) {
         // a_ij / (root_i root_j) in Q30: |a_ij| <= root_i root_j, split so that nothing exceeds 63 bits.
-        std::int64_t sum = i == j ? std::int64_t{1} << kQ : ratio(a[j][i], root_[i], root_[j]);
+        // The diagonal too: it exceeds 1 by what the whole-number roots fall short.
+        std::int64_t sum = ratio(a[j][i], root_[i], root_[j]);
         for (int k = 0; k < j; ++k) sum -= (l_[i][k] * l_[j][k]) >> kQ;
         if (i == j) {
           if (sum < (std::int64_t{1} << (kQ - 20))) return false;

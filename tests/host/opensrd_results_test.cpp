@@ -56,7 +56,7 @@ TEST(OpenSrdResults, NamesKeepTheirFoldersBelowOut) {
 
 TEST(OpenSrdResults, NothingIsWrittenOutsideOut) {
   Settings s = two_cameras();
-  s.coefficients_output = "/home/someone/Documents/coeffs.txt";
+  s.coefficients_output = "/elsewhere/Documents/coeffs.txt";
   s.errors_output = "../../errors.txt";
   s.cameras[0].pose_output = "/lab/run/RESULTS/pose1.txt";  // in the settings' folder: its sub-folders stay
   s.cameras[1].features_output = "RESULTS/../../CAM2/";
