@@ -9,8 +9,7 @@ namespace {
 
 constexpr double kLegendAt = 46, kPanelsFrom = 52;
 constexpr Colour kBandColour = faded(kSky, 0.45);
-// The truth lies under the estimate, broad and light: both are seen where they agree.
-constexpr Stroke kEstimateStroke{kBlue, 1.0}, kTruthStroke{kOrange, 2.2};
+constexpr Stroke kEstimateStroke{kBlue, 1.0};
 
 }  // namespace
 
@@ -36,7 +35,7 @@ Figure coefficient_figure(const PlotInput& input) {
   draw_heading(scene, "Surface coefficients", "node " + run.node);
   std::vector<LegendEntry> legend{{"estimated", kEstimateStroke},
                                   {"\u00B12 standard deviations", {kBandColour}, LegendMark::kPatch}};
-  if (input.truth) legend.push_back({"true", kTruthStroke});
+  if (input.truth) legend.push_back({"true", truth_stroke(input)});
   for (LegendEntry& entry : failure_legend(input)) legend.push_back(std::move(entry));
   draw_legend(scene, {kLeftMargin, kLegendAt}, legend);
 
@@ -70,8 +69,8 @@ Figure coefficient_figure(const PlotInput& input) {
     if (grid.lowest(i)) labels.x_label = "time since the first frame, s";
     draw_panel(scene, panel, labels);
     if (!true_values.empty())
-      draw_series(scene, panel, input.truth->seconds, true_values, {{0, true_values.size()}}, kTruthStroke,
-                  "true");
+      draw_series(scene, panel, input.truth->seconds, true_values, {{0, true_values.size()}},
+                  truth_stroke(input), "true");
     draw_band(scene, panel, input.timeline.seconds, low, high, unbroken(input.timeline, low), kBandColour);
     draw_series(scene, panel, input.timeline.seconds, values, unbroken(input.timeline, values),
                 kEstimateStroke, "series");

@@ -11,7 +11,7 @@
 namespace srd::host {
 namespace {
 
-constexpr Stroke kEstimateStroke{kBlue, 1.0}, kTruthStroke{kOrange, 2.2};
+constexpr Stroke kEstimateStroke{kBlue, 1.0};
 constexpr Rectangle kSeriesArea{kLeftMargin, 78, kFigureWidth - kLeftMargin - kRightMargin, 170};
 constexpr Rectangle kSpectrumArea{kLeftMargin, 332, kFigureWidth - kLeftMargin - kRightMargin, 210};
 constexpr double kFigureHeight = 590;
@@ -92,7 +92,7 @@ std::optional<Figure> height_figure(const PlotInput& input) {
   Scene& scene = figure.scene;
   draw_heading(scene, "Height at the pattern\u2019s centre", "node " + input.run.node);
   std::vector<LegendEntry> legend{{"estimated", kEstimateStroke}};
-  if (!real.empty()) legend.push_back({"true", kTruthStroke});
+  if (!real.empty()) legend.push_back({"true", truth_stroke(input)});
   for (LegendEntry& entry : failure_legend(input)) legend.push_back(std::move(entry));
   draw_legend(scene, {kLeftMargin, 46}, legend);
 
@@ -106,7 +106,7 @@ std::optional<Figure> height_figure(const PlotInput& input) {
                            .most_y_ticks = 6};
   draw_panel(scene, panel, labels);
   if (!real.empty())
-    draw_series(scene, panel, input.truth->seconds, real, {{0, real.size()}}, kTruthStroke, "true");
+    draw_series(scene, panel, input.truth->seconds, real, {{0, real.size()}}, truth_stroke(input), "true");
   draw_series(scene, panel, input.timeline.seconds, heights, unbroken(input.timeline, heights),
               kEstimateStroke, "series");
   draw_failures(scene, panel, input);

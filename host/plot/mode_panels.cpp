@@ -72,6 +72,11 @@ std::vector<LegendEntry> failure_legend(const PlotInput& input) {
   return entries;
 }
 
+Stroke truth_stroke(const PlotInput& input) {
+  constexpr std::size_t kCrowded = 500;
+  return input.timeline.seconds.size() < kCrowded ? Stroke{faded(kOrange, 0.8), 3.6} : Stroke{kOrange, 2.2};
+}
+
 std::vector<double> coefficient_series(const CoefficientRun& run, int mode) {
   std::vector<double> out;
   for (const CoefficientRow& row : run.rows) out.push_back(row.coefficients[mode]);

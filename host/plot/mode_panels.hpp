@@ -36,6 +36,10 @@ void draw_failures(Scene& scene, const Panel& panel, const PlotInput& input);
 // One legend entry a status: "lost: 12 frames".
 [[nodiscard]] std::vector<LegendEntry> failure_legend(const PlotInput& input);
 
+// The truth lies under the estimate and is broader, so that both are seen where they agree; less so in a
+// crowded figure.
+[[nodiscard]] Stroke truth_stroke(const PlotInput& input);
+
 // One coefficient (or its deviation) of all rows; NaN without a surface.
 [[nodiscard]] std::vector<double> coefficient_series(const CoefficientRun& run, int mode);
 [[nodiscard]] std::vector<double> deviation_series(const CoefficientRun& run, int mode);

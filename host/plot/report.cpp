@@ -79,9 +79,11 @@ std::uint64_t missing_frames(const CoefficientRun& run) {
 std::vector<std::pair<std::string, std::string>> facts_of(const PlotInput& input) {
   const CoefficientRun& run = input.run;
   const std::uint64_t missing = missing_frames(run);
-  std::vector<std::pair<std::string, std::string>> facts{{"File", run.file}, {"Node", run.node}};
-  facts.emplace_back("Frames", std::to_string(run.rows.size()) + ", " + std::to_string(run.surfaces()) +
-                                   " with a surface" +
+  std::vector<std::pair<std::string, std::string>> facts{
+      {"File", std::filesystem::path(run.file).filename().string()}, {"Node", run.node}};
+  const std::size_t surfaces = run.surfaces();
+  const std::string with = surfaces == run.rows.size() ? "all" : std::to_string(surfaces);
+  facts.emplace_back("Frames", std::to_string(run.rows.size()) + ", " + with + " with a surface" +
                                    (missing > 0 ? ", " + std::to_string(missing) + " missing" : ""));
   facts.emplace_back("Time", number("%.6g s", input.timeline.seconds.back()) +
                                  (input.timeline.interval_s > 0
