@@ -17,7 +17,8 @@ template <class S>
 [[nodiscard]] bool invert(const Mat2<S>& m, Mat2<S>& inverse) {
   const S per_det = 1 / (m(0, 0) * m(1, 1) - m(0, 1) * m(1, 0));
   inverse << m(1, 1) * per_det, -m(0, 1) * per_det, -m(1, 0) * per_det, m(0, 0) * per_det;
-  return std::isfinite(per_det);
+  using std::isfinite;
+  return isfinite(per_det);
 }
 
 }  // namespace srd::dsp

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "dsp/estimate/corner_problem.hpp"
+#include "dsp/estimate/damped_gauss_newton.hpp"
 
 namespace srd::dsp {
 namespace {
@@ -73,31 +75,45 @@ Result<SurfaceEstimator<S>> SurfaceEstimator<S>::make(const SurfaceModel<S>& mod
   out.solver_.deadline = options.deadline;
   out.solver_.deadline_context = options.deadline_context;
   out.points_.assign(bottom_points.begin(), bottom_points.end());
-  out.corners_.resize(static_cast<std::size_t>(max_corners));
+  out.optics_ = Optics<Lanes<S>>::make(model, media);
+  out.max_corners_ = static_cast<std::size_t>(max_corners);
+  out.groups_.resize(out.max_corners_ / Lanes<S>::kSize + kMaxCameras);
   return out;
 }
 
 template <class S>
 Stop SurfaceEstimator<S>::prepare_corners(std::span<const CameraObservations<S>> cameras) {
-  n_corners_ = 0;
+  n_corners_ = n_groups_ = 0;
+  std::size_t n_cameras = 0;
   for (const CameraObservations<S>& camera : cameras) {
     if (camera.corners.empty()) continue;
-    if (camera.view == nullptr) return Stop::kInvalidInput;
-    const Mat3<double> rotation = camera.view->pose.rotation.template cast<double>();
-    const Vec3<double> centre = -(rotation.transpose() * camera.view->pose.translation.template cast<double>());
-    if (!centre.allFinite()) return Stop::kNonFinite;
-    // Reprojection takes the undistorted corner for a start only; along the measured ray its digits count.
-    const CameraModel<double> model = camera.view->camera.template cast<double>();
-    const CameraModel<double>* refine = metric_ == Metric::kReprojection ? nullptr : &model;
+    if (camera.view == nullptr || n_cameras == views_.size()) return Stop::kInvalidInput;
+    if (camera.corners.size() > max_corners_ - n_corners_) return Stop::kInvalidInput;
+    const WideView wide(*camera.view);
+    if (!wide.rotation.allFinite() || !wide.centre.allFinite()) return Stop::kNonFinite;
+    View<Lanes<S>>& view = views_[n_cameras++];
+    view = camera.view->template cast<Lanes<S>>();
+    int lane = Lanes<S>::kSize;
     for (const Observation<S>& seen : camera.corners) {
       if (!seen.pixel.allFinite() || !seen.normalised.allFinite() || !std::isfinite(seen.sigma))
         return Stop::kNonFinite;
-      if (seen.point < 0 || static_cast<std::size_t>(seen.point) >= points_.size() || !(seen.sigma > 0) ||
-          n_corners_ == corners_.size())
+      if (seen.point < 0 || static_cast<std::size_t>(seen.point) >= points_.size() || !(seen.sigma > 0))
         return Stop::kInvalidInput;
-      if (!prepare(seen, points_[static_cast<std::size_t>(seen.point)], *camera.view, centre, rotation, refine,
-                   corners_[n_corners_]))
+      PreparedCorner<S> corner;
+      // Reprojection takes the undistorted corner for a start only; along the measured ray its digits count.
+      const bool refine = metric_ != Metric::kReprojection;
+      if (!prepare(seen, points_[static_cast<std::size_t>(seen.point)], wide, refine, corner))
         return Stop::kOutOfDomain;
+      if (lane == Lanes<S>::kSize) {
+        PreparedCorner<Lanes<S>>& group = groups_[n_groups_++];
+        group.view = &view;
+        // Lanes that stay empty repeat the group's first corner without weight.
+        const S weight = std::exchange(corner.weight, S(0));
+        for (lane = 1; lane < Lanes<S>::kSize; ++lane) put(corner, lane, group);
+        corner.weight = weight;
+        lane = 0;
+      }
+      put(corner, lane++, groups_[n_groups_ - 1]);
       ++n_corners_;
     }
   }
@@ -127,25 +143,27 @@ Stop SurfaceEstimator<S>::choose_start(std::span<const Coefficients<S>> starts, 
 }
 
 template <class S>
-Stop SurfaceEstimator<S>::finish(CornerProblem<S>& problem, const NormalEquations& sums, Estimate<S>& out) {
-  const double corners = static_cast<double>(problem.size());
+Stop SurfaceEstimator<S>::finish(CornerProblem<S>& problem, const Coefficients<double>& a,
+                                 const NormalEquations& sums, Estimate<S>& out) {
+  const double corners = static_cast<double>(n_corners_);
   const double freedom = 2 * corners - sums.n;
-  PixelErrors pixels(sums.n);
-  if (!problem.pixel_errors(out.coefficients, sums, pixels)) return Stop::kNonFinite;
+  PixelErrors pixels;
+  if (!problem.pixel_errors(a, sums, pixels)) return Stop::kNonFinite;
   const double factor = freedom > 0 ? pixels.weighted_squares / freedom : 0;
   out.mean_error = static_cast<S>(sums.error / corners);
   out.reprojection_rms = static_cast<S>(std::sqrt(pixels.squares / (2 * corners)));
   out.cost = static_cast<S>(sums.cost);
   out.variance_factor = static_cast<S>(factor);
-  out.corners_used = static_cast<int>(problem.size());
+  out.corners_used = static_cast<int>(n_corners_);
 
   // Exact features leave no residual to scale with; rounding of the pixels is then what is left.
   const double rounding = 1e3 * static_cast<double>(std::numeric_limits<S>::epsilon());
   const double s2 = freedom > 0 ? std::max(factor, rounding * rounding) : 1;
+  const bool sandwich = metric_ != Metric::kReprojection;
+  InformationMatrix<double> middle;
+  if (sandwich) middle = pixels.middle.matrix();
   Uncertainty uncertainty;
-  if (!uncertainty_of(sums.matrix(), metric_ == Metric::kReprojection ? nullptr : &pixels.sandwich, s2,
-                      uncertainty))
-    return Stop::kSingular;
+  if (!uncertainty_of(sums.matrix(), sandwich ? &middle : nullptr, s2, uncertainty)) return Stop::kSingular;
   out.information = uncertainty.information.template cast<S>();
   out.standard_deviation = uncertainty.standard_deviation.template cast<S>();
   return out.stop;
@@ -157,12 +175,11 @@ Estimate<S> SurfaceEstimator<S>::estimate(std::span<const CameraObservations<S>>
   Estimate<S> out;
   out.stop = prepare_corners(cameras);
   if (failed(out.stop)) return out;
-  const Optics<S> optics = Optics<S>::make(model_, media_);
-  const std::span<PreparedCorner<S>> corners = std::span(corners_).first(n_corners_);
+  const std::span<PreparedCorner<Lanes<S>>> groups = std::span(groups_).first(n_groups_);
   // Far from the surface the angle between normals falls again with the depth and leads to a wrong one; the disparity
   // difference does not. It chooses the start and brings the surface near.
   const bool approach = metric_ == Metric::kCollinearity;
-  CornerProblem<S> near(approach ? Metric::kDisparity : metric_, optics, corners);
+  CornerProblem<S> near(approach ? Metric::kDisparity : metric_, optics_, groups, n_corners_);
   out.stop = choose_start(starts, near, out.start_used);
   if (failed(out.stop)) return out;
 
@@ -179,14 +196,15 @@ Estimate<S> SurfaceEstimator<S>::estimate(std::span<const CameraObservations<S>>
     options = solver_;
     options.max_iterations = std::max(1, options.max_iterations - out.iterations);
   }
-  CornerProblem<S> problem(metric_, optics, corners);
+  CornerProblem<S> problem(metric_, optics_, groups, n_corners_);
+  problem.start_from(a.template cast<S>());
   const GaussNewtonSummary summary = DampedGaussNewton<CornerProblem<S>>(problem, options).minimise(a, sums);
   out.stop = summary.stop;
   out.iterations += summary.iterations;
   out.at_bound = summary.at_bound;
   if (failed(out.stop)) return out;
   out.coefficients = a.template cast<S>();
-  out.stop = finish(problem, sums, out);
+  out.stop = finish(problem, a, sums, out);
   return out;
 }
 

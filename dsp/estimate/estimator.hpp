@@ -3,12 +3,14 @@
 // except through the deadline callback. One thread per object.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "dsp/core/result.hpp"
-#include "dsp/estimate/damped_gauss_newton.hpp"
+#include "dsp/estimate/gauss_newton_options.hpp"
+#include "dsp/estimate/information.hpp"
 #include "dsp/estimate/metric.hpp"
 #include "dsp/estimate/observation.hpp"
 #include "dsp/estimate/prepared_corner.hpp"
@@ -19,6 +21,9 @@ namespace srd::dsp {
 
 template <class S>
 class CornerProblem;
+struct NormalEquations;
+
+inline constexpr int kMaxCameras = 16;  // in one fit
 
 struct EstimatorOptions {
   Metric metric = Metric::kReprojection;
@@ -56,7 +61,7 @@ template <class S>
 class SurfaceEstimator {
  public:
   // bottom_points: F, mm, W. options.scale/lower/upper: empty or one number a mode, else kInvalidArgument.
-  // max_corners: over all cameras together.
+  // max_corners: over all cameras together, of which there are at most kMaxCameras.
   [[nodiscard]] static Result<SurfaceEstimator> make(const SurfaceModel<S>& model, const Media<S>& media,
                                                      std::span<const Vec3<S>> bottom_points,
                                                      const EstimatorOptions& options, int max_corners);
@@ -72,15 +77,18 @@ class SurfaceEstimator {
   SurfaceEstimator() = default;
   [[nodiscard]] Stop prepare_corners(std::span<const CameraObservations<S>> cameras);
   [[nodiscard]] Stop choose_start(std::span<const Coefficients<S>> starts, CornerProblem<S>& problem, int& chosen);
-  [[nodiscard]] Stop finish(CornerProblem<S>& problem, const NormalEquations& sums, Estimate<S>& out);
+  [[nodiscard]] Stop finish(CornerProblem<S>& problem, const Coefficients<double>& a, const NormalEquations& sums,
+                            Estimate<S>& out);
 
   SurfaceModel<S> model_;
   Media<S> media_;
   Metric metric_ = Metric::kReprojection;
   GaussNewtonOptions solver_;
   std::vector<Vec3<S>> points_;
-  std::vector<PreparedCorner<S>> corners_;  // room for max_corners
-  std::size_t n_corners_ = 0;
+  Optics<Lanes<S>> optics_;
+  std::array<View<Lanes<S>>, kMaxCameras> views_;
+  std::vector<PreparedCorner<Lanes<S>>> groups_;  // room for max_corners, each camera's last group filled up
+  std::size_t max_corners_ = 0, n_corners_ = 0, n_groups_ = 0;
 };
 
 extern template class SurfaceEstimator<float>;

@@ -2,10 +2,10 @@
 // Optics (10), with floor plates.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "dsp/core/lanes.hpp"
 #include "dsp/estimate/local_residual.hpp"
 
 namespace srd::dsp {
@@ -20,42 +20,38 @@ struct WaterWay {
 // foot, height: p - F, mm. False: p lies in or under the plates, or the plates let no such ray through.
 template <class S>
 [[nodiscard]] bool water_way(const Vec2<S>& foot, S height, const Media<S>& media, WaterWay<S>& out) {
+  using std::sqrt;
   const S depth = height - media.plates();
   if (!(depth > 0)) return false;
   // Horizontal part of index times direction, one for all media: -foot = h kappa(h'h), by Newton from the solution
   // for plates of water.
-  S least = media.water;
-  for (int i = 0; i < media.n_layers; ++i) least = std::min(least, media.layers[static_cast<std::size_t>(i)].index);
-  Vec2<S> h = -foot * (media.water / std::sqrt(foot.squaredNorm() + height * height));
+  Vec2<S> h = -foot * (media.water / sqrt(foot.squaredNorm() + height * height));
   Mat2<S> inverse;
   S c = 0;
   bool found = false;
   for (int iteration = 0; iteration < 20; ++iteration) {
     const S h2 = h.squaredNorm();
-    if (!(h2 < least * least)) {
-      h *= S(0.99) * least / std::sqrt(h2);
-      continue;
-    }
-    S kappa = 0, kappa_h = 0;
-    const auto add = [&](S thickness, S index) {
-      const S c2 = index * index - h2;
-      const S part = thickness / std::sqrt(c2);
+    const S c2 = media.water * media.water - h2;
+    if (!(c2 > 0)) return false;
+    c = sqrt(c2);
+    S kappa = depth / c, kappa_h = kappa / c2;
+    for (int i = 0; i < media.n_layers; ++i) {
+      const Layer<S>& layer = media.layers[static_cast<std::size_t>(i)];
+      const S plate2 = layer.index * layer.index - h2;
+      if (!(plate2 > 0)) return false;
+      const S part = layer.thickness / sqrt(plate2);
       kappa += part;
-      kappa_h += part / c2;
-    };
-    add(depth, media.water);
-    for (int i = 0; i < media.n_layers; ++i)
-      add(media.layers[static_cast<std::size_t>(i)].thickness, media.layers[static_cast<std::size_t>(i)].index);
+      kappa_h += part / plate2;
+    }
     // (kappa I + kappa_h h h')^-1
     inverse = (Mat2<S>::Identity() - h * h.transpose() * (kappa_h / (kappa + kappa_h * h2))) / kappa;
-    c = std::sqrt(media.water * media.water - h2);
     if (found || media.n_layers == 0) {
       found = true;
       break;
     }
     const Vec2<S> step = -(inverse * (kappa * h + foot));
     h += step;
-    found = step.norm() <= 64 * std::numeric_limits<S>::epsilon();
+    found = step.norm() <= 64 * std::numeric_limits<typename LaneOf<S>::Type>::epsilon();
   }
   if (!found) return false;
   out.w << h / media.water, -c / media.water;
@@ -72,19 +68,21 @@ template <class S>
 template <class S>
 [[nodiscard]] bool normal_difference(const Vec3<S>& d, const Vec2<S>& foot, S height, S zx, S zy,
                                      const Media<S>& media, LocalResidual<S>& out) {
+  using std::copysign;
+  using std::isfinite;
+  using std::sqrt;
   WaterWay<S> way;
   if (!water_way(foot, height, media, way)) return false;
   const S ratio = media.water / media.air;
   Vec3<S> u = d - ratio * way.w;
-  const S sign = u.z() < 0 ? S(-1) : S(1);
-  const S per_u = sign / u.norm();
+  const S per_u = copysign(1 / u.norm(), u.z());
   const Vec3<S> n2 = per_u * u;
-  const S per_m = 1 / std::sqrt(1 + zx * zx + zy * zy);
+  const S per_m = 1 / sqrt(1 + zx * zx + zy * zy);
   const Vec3<S> n(-zx * per_m, -zy * per_m, per_m);
   const Vec3<S> sum = n + n2, difference = n2 - n;
   const S length = sum.norm();
   const S q = length + sum.z();
-  if (!std::isfinite(per_u) || !(q > 0)) return false;
+  if (!isfinite(per_u) || !(q > 0)) return false;
   const S lift = difference.z() / q;
   out.e = difference.template head<2>() - lift * sum.template head<2>();
 

@@ -1,9 +1,10 @@
 // Residuals of one corner along its measured ray: on the bottom plane, mm (9), or between normals, rad (10).
 #pragma once
 
+#include "dsp/estimate/corner_residual.hpp"
 #include "dsp/estimate/metric.hpp"
 #include "dsp/estimate/normal_difference.hpp"
-#include "dsp/estimate/reprojection_residual.hpp"
+#include "dsp/estimate/prepared_corner.hpp"
 
 namespace srd::dsp {
 
@@ -14,18 +15,20 @@ template <class S>
                                 PreparedCorner<S>& corner, Basis<S>* basis, CornerResidual<S>& out,
                                 Mat2<S>* pixel_e = nullptr) {
   constexpr int kMaxIterations = 30;
+  using std::abs;
+  using std::isfinite;
   const Vec3<S>& d = corner.direction;
   S along = corner.along;
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     Vec2<S> foot = corner.dry + along * d.template head<2>();
     SurfaceSample<S> at =
-        optics.model->evaluate(&a, corner.point.x() + foot.x(), corner.point.y() + foot.y(), basis);
+        optics.model.evaluate(&a, corner.point.x() + foot.x(), corner.point.y() + foot.y(), basis);
     const S slope = d.z() - at.zx * d.x() - at.zy * d.y();
     if (!(slope < 0)) return false;  // grazing or leaving: not a view from above
     const S step = -(along * d.z() - (at.z - corner.point.z())) / slope;  // (6)
-    if (!std::isfinite(step)) return false;
+    if (!isfinite(step)) return false;
     along += step;
-    if (std::abs(step) > optics.last_step) continue;
+    if (!(abs(step) <= optics.last_step)) continue;
     if (!(corner.dry_distance + along > 0)) return false;
 
     corner.along = along;
@@ -36,8 +39,8 @@ template <class S>
     LocalResidual<S> local;
     const bool valid =
         metric == Metric::kDisparity
-            ? disparity_difference(d, foot, along * d.z(), at.zx, at.zy, *optics.media, local)
-            : normal_difference(d, foot, along * d.z(), at.zx, at.zy, *optics.media, local);
+            ? disparity_difference(d, foot, along * d.z(), at.zx, at.zy, optics.media, local)
+            : normal_difference(d, foot, along * d.z(), at.zx, at.zy, optics.media, local);
     if (!valid) return false;
     out.e = local.e;
     if (basis == nullptr) return true;

@@ -3,17 +3,10 @@
 // evaluation of the surface a step, plates included, and no difference of large numbers.
 #pragma once
 
+#include "dsp/estimate/corner_residual.hpp"
 #include "dsp/estimate/prepared_corner.hpp"
 
 namespace srd::dsp {
-
-// e, and de/da_j = by_height phi_j + by_slope (phi_j,x , phi_j,y) with the modes taken at the surface point.
-template <class S>
-struct CornerResidual {
-  Vec2<S> e;
-  Vec2<S> by_height;
-  Mat2<S> by_slope;
-};
 
 // corner.foot: start and result. basis: filled at the surface point, unless null; then by_height, by_slope stay unset.
 // False: no ray from the camera through this surface reaches F, or Newton does not find it.
@@ -21,17 +14,18 @@ template <class S>
 [[nodiscard]] bool reprojection_residual(const Optics<S>& optics, const Coefficients<S>& a, PreparedCorner<S>& corner,
                                          Basis<S>* basis, CornerResidual<S>& out) {
   constexpr int kMaxIterations = 25;
+  using std::isfinite;
   Vec2<S> foot = corner.foot;
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     const SurfaceSample<S> at =
-        optics.model->evaluate(&a, corner.point.x() + foot.x(), corner.point.y() + foot.y(), basis);
+        optics.model.evaluate(&a, corner.point.x() + foot.x(), corner.point.y() + foot.y(), basis);
     const S height = at.z - corner.point.z();
     const Vec3<S> from_camera(foot.x() - corner.camera_from_point.x(), foot.y() - corner.camera_from_point.y(),
                               height - corner.camera_from_point.z());
     const S per_distance = 1 / from_camera.norm();
     const Vec3<S> d = from_camera * per_distance;
     Crossing<S> crossing;
-    if (!cross(d, at.zx, at.zy, height, *optics.media, true, crossing)) return false;
+    if (!cross(d, at.zx, at.zy, height, optics.media, true, crossing)) return false;
     // dd = (I - d d')/t dp, so d offset/dp through the direction, for p = (foot, height):
     const Mat23<S> by_p = (crossing.by_direction - (crossing.by_direction * d) * d.transpose()) * per_distance;
     const Vec2<S> by_height = crossing.by_height + by_p.col(2);
@@ -44,9 +38,9 @@ template <class S>
     if (!invert(b_foot, inverse)) return false;
     const Vec2<S> step = -(inverse * (foot + crossing.offset));
     const S size = step.norm();
-    if (!std::isfinite(size)) return false;
+    if (!isfinite(size)) return false;
     foot += step;
-    if (size > optics.last_step) continue;
+    if (!(size <= optics.last_step)) continue;
 
     corner.foot = foot;
     const S rise = (at.zx + S(0.5) * (at.zxx * step.x() + at.zxy * step.y())) * step.x() +

@@ -7,6 +7,7 @@
 #include <limits>
 #include <span>
 
+#include "dsp/core/lanes.hpp"
 #include "dsp/core/linear_algebra.hpp"
 #include "dsp/core/result.hpp"
 
@@ -143,7 +144,9 @@ class CameraModel {
   void set_tilt() {
     tilted_ = k_[12] != 0 || k_[13] != 0;
     if (!tilted_) return;
-    const S cx = std::cos(k_[12]), sx = std::sin(k_[12]), cy = std::cos(k_[13]), sy = std::sin(k_[13]);
+    S cx, sx, cy, sy;
+    sin_cos(k_[12], sx, cx);
+    sin_cos(k_[13], sy, cy);
     Mat3<S> rotation_x, rotation_y, projection;
     rotation_x << 1, 0, 0, 0, cx, sx, 0, -sx, cx;
     rotation_y << cy, 0, -sy, 0, 1, 0, sy, 0, cy;

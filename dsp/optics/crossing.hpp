@@ -59,13 +59,14 @@ template <class S>
 [[nodiscard]] bool cross(const Vec3<S>& d, S zx, S zy, S height, const Media<S>& media, bool derivatives,
                          Crossing<S>& out) {
   const S water_depth = height - media.plates();
-  const S per_m = 1 / std::sqrt(1 + zx * zx + zy * zy);
+  using std::sqrt;
+  const S per_m = 1 / sqrt(1 + zx * zx + zy * zy);
   const Vec3<S> n(-zx * per_m, -zy * per_m, per_m);
   const S r = media.air / media.water;
   const S ci = -d.dot(n);
   const S root2 = 1 - r * r * (1 - ci * ci);
   if (!(ci > 0) || !(root2 > 0) || !(water_depth >= 0)) return false;
-  const S root = std::sqrt(root2);
+  const S root = sqrt(root2);
   const S k = r * ci - root;
   const Vec3<S> v = r * d + k * n;  // (7)
   if (!(v.z() < 0)) return false;
@@ -84,7 +85,7 @@ template <class S>
     const Layer<S>& layer = media.layers[static_cast<std::size_t>(i)];
     const S c2 = layer.index * layer.index - horizontal.squaredNorm();
     if (!(c2 > 0)) return false;
-    const S slowness = layer.thickness / std::sqrt(c2);
+    const S slowness = layer.thickness / sqrt(c2);
     out.offset += slowness * horizontal;
     if (derivatives)
       by_v_xy += media.water * slowness * (Mat2<S>::Identity() + horizontal * horizontal.transpose() / c2);

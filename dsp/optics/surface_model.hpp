@@ -8,6 +8,7 @@
 #include <span>
 #include <string_view>
 
+#include "dsp/core/lanes.hpp"
 #include "dsp/core/linear_algebra.hpp"
 #include "dsp/core/result.hpp"
 
@@ -139,7 +140,8 @@ struct SurfaceModel {
   static void fill(S wave_number, S distance, int highest, Factors& factors) {
     factors[0] = {1, 0, 0};
     if (highest == 0) return;
-    const S c1 = std::cos(wave_number * distance), s1 = std::sin(wave_number * distance);
+    S c1, s1;
+    sin_cos(wave_number * distance, s1, c1);
     S c = 1, s = 0;
     for (int i = 1; i <= highest; ++i) {
       const S next = c * c1 - s * s1;

@@ -31,7 +31,8 @@ struct Fixture {
     seen.pixel = view.camera.pixel(scene.seen(0, point)) + beside_px;
     seen.normalised = view.camera.undistort(seen.pixel).value();
     PreparedCorner<double> out;
-    EXPECT_TRUE(prepare(seen, point, view, view.pose.centre(), view.pose.rotation, &view.camera, out));
+    EXPECT_TRUE(prepare(seen, point, WideView(view), true, out));
+    out.view = &view;
     start_at_level(80.0, out);
     return out;
   }
@@ -178,16 +179,16 @@ TEST(PreparedCorner, RefusesRaysThatDoNotLookDown) {
   Observation<double> seen;
   seen.normalised = {0, 0};
   PreparedCorner<double> out;
-  EXPECT_TRUE(prepare(seen, f.point, view, view.pose.centre(), view.pose.rotation, nullptr, out));
+  EXPECT_TRUE(prepare(seen, f.point, WideView(view), false, out));
   // In front of the camera and over the horizon.
   const Vec3<double> axis = view.pose.rotation.row(2).transpose();
   const Vec3<double> upward = view.pose.rotation * Vec3<double>(axis.x(), axis.y(), 0.01);
   ASSERT_GT(upward.z(), 0);
   seen.normalised = upward.head<2>() / upward.z();
-  EXPECT_FALSE(prepare(seen, f.point, view, view.pose.centre(), view.pose.rotation, nullptr, out));
+  EXPECT_FALSE(prepare(seen, f.point, WideView(view), false, out));
   const Vec3<double> behind = view.pose.centre() + 100 * (view.pose.centre() - Vec3<double>(100, 200, 0)).normalized();
   seen.normalised = {0, 0};
-  EXPECT_FALSE(prepare(seen, behind, view, view.pose.centre(), view.pose.rotation, nullptr, out));
+  EXPECT_FALSE(prepare(seen, behind, WideView(view), false, out));
 }
 
 }  // namespace

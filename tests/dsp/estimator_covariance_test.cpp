@@ -6,6 +6,7 @@
 #include <tuple>
 #include <vector>
 
+#include "dsp/estimate/cholesky.hpp"
 #include "tests/dsp/estimator_fixture.hpp"
 
 namespace srd::dsp {

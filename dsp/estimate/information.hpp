@@ -1,0 +1,11 @@
+// Square matrices over the coefficients. Fixed capacity: no heap.
+#pragma once
+
+#include "dsp/optics/surface_model.hpp"
+
+namespace srd::dsp {
+
+template <class S>
+using InformationMatrix = Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxModes, kMaxModes>;
+
+}  // namespace srd::dsp
