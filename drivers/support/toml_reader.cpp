@@ -22,6 +22,12 @@ std::string shown(const toml::node& node) {
   return out.str();
 }
 
+bool inside(double x, const NumberRange& range) {
+  return std::isfinite(x) && x >= range.least && x <= range.most;
+}
+
+}  // namespace
+
 std::string range_text(const NumberRange& range, const std::string& kind) {
   const auto number = [](double x) {
     std::ostringstream out;
@@ -39,12 +45,6 @@ std::string range_text(const NumberRange& range, const std::string& kind) {
   if (!range.unit.empty()) text += " (" + range.unit + ")";
   return text;
 }
-
-bool inside(double x, const NumberRange& range) {
-  return std::isfinite(x) && x >= range.least && x <= range.most;
-}
-
-}  // namespace
 
 struct TomlTable::Node {
   std::shared_ptr<Document> document;

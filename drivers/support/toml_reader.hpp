@@ -22,6 +22,9 @@ struct NumberRange {
   std::string unit{};  // for the message: "mm"
 };
 
+// "a number from 0 to 5 (mm)", for messages; kind: "a number".
+[[nodiscard]] std::string range_text(const NumberRange& range, const std::string& kind);
+
 class TomlFile;
 
 // One table of the file. Each getter marks its key as known. Not present: nullopt. Wrong: nullopt and a problem.

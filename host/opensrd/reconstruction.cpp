@@ -9,7 +9,6 @@
 #include "drivers/support/text_file.hpp"
 #include "host/opensrd/frame_list.hpp"
 #include "host/reconstruct/series.hpp"
-#include "host/table/model_sidecar.hpp"
 
 namespace srd::host::opensrd {
 
@@ -125,6 +124,10 @@ Outcome<Preparation> prepare(const Settings& settings, const Overrides& override
     plan.cameras.push_back(std::move(camera));
   }
   use_common_frames(plan.cameras, made.warnings);
+  const fs::path& first = plan.cameras.front().frames.front();
+  if (!settings.features_from_images && !overrides.features && first.filename() == frame_file_name(0))
+    made.warnings.push_back(first.parent_path().string() + ": Frame_0.txt is taken as the first frame (guide 3.2: names are "
+                            "chronological); files that a run on images wrote start at the last: give them with --features");
   const double rate_hz = overrides.rate_hz.value_or(1);
   plan.times_known = overrides.rate_hz.has_value();
   for (std::size_t i = 0; i < plan.cameras.front().frames.size(); ++i) {
@@ -137,16 +140,15 @@ Outcome<Preparation> prepare(const Settings& settings, const Overrides& override
 Outcome<void> write_results(const OutputPlan& outputs, const Settings& settings, const Preparation& preparation,
                             const RunResult& result) {
   const RunPlan& plan = preparation.plan;
-  std::vector<std::pair<fs::path, std::string>> files = {
-      {outputs.coefficients, coefficients_text(settings.dialect, result.frames, settings.parameters)},
-      {outputs.series, series_csv(plan, result)},
-      {model_sidecar_path(outputs.series), series_model(plan)}};
-  if (!outputs.errors.empty()) files.emplace_back(outputs.errors, errors_text(settings.dialect, result.frames));
-  std::vector<std::string> warnings = preparation.warnings;
-  warnings.insert(warnings.end(), result.warnings.begin(), result.warnings.end());
-  files.emplace_back(outputs.summary, summary_text(plan, result, preparation.head, warnings));
-  for (const auto& [file, text] : files)
-    if (auto written = write_text_file(file, text); !written) return written.error();
+  if (auto done = write_text_file(outputs.coefficients,
+                                  coefficients_text(settings.dialect, result.frames, settings.parameters));
+      !done)
+    return done.error();
+  if (!outputs.errors.empty())
+    if (auto done = write_text_file(outputs.errors, errors_text(settings.dialect, result.frames)); !done)
+      return done.error();
+  if (auto done = write_series(outputs.series, outputs.summary, plan, result, preparation.head, preparation.warnings); !done)
+    return done.error();
   for (std::size_t c = 0; c < outputs.poses.size(); ++c)
     if (auto written = write_pose(outputs.poses[c], plan.cameras[c].pose); !written) return written.error();
   for (std::size_t c = 0; c < outputs.features.size(); ++c) {

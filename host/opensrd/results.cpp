@@ -31,8 +31,9 @@ bool is_frame_file(const fs::path& file) {
 }
 
 std::vector<fs::path> single_files(const OutputPlan& plan) {
-  std::vector<fs::path> files = {plan.coefficients, plan.series, model_sidecar_path(plan.series), plan.summary};
-  if (!plan.errors.empty()) files.push_back(plan.errors);
+  std::vector<fs::path> files = {plan.series, model_sidecar_path(plan.series), plan.summary};
+  for (const fs::path& file : {plan.coefficients, plan.errors})
+    if (!file.empty()) files.push_back(file);
   files.insert(files.end(), plan.poses.begin(), plan.poses.end());
   return files;
 }

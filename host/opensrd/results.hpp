@@ -16,7 +16,7 @@ namespace srd::host::opensrd {
 // Where everything goes. Paths in the settings keep their folders; absolute ones, and ones that climb out of the
 // settings' folder, keep their last name only.
 struct OutputPlan {
-  std::filesystem::path coefficients;
+  std::filesystem::path coefficients;            // empty: a recording has none
   std::filesystem::path errors;                  // empty: not asked for
   std::vector<std::filesystem::path> poses;      // one a camera; empty: not asked for
   std::vector<std::filesystem::path> features;   // folder, one a camera; empty: not asked for

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <opencv2/core.hpp>
 
 #include "drivers/support/text_file.hpp"
@@ -58,18 +57,6 @@ int line_of(const std::string& bare, const std::string& key) {
       return 1 + static_cast<int>(std::count(bare.begin(), bare.begin() + static_cast<std::ptrdiff_t>(at), '\n'));
   }
   return 0;
-}
-
-std::string range_text(const std::string& kind, const NumberRange& range) {
-  const double largest = std::numeric_limits<double>::max();
-  std::string text = kind;
-  if (range.least > -largest && range.most < largest)
-    text += " from " + number_text(range.least) + " to " + number_text(range.most);
-  else if (range.least > -largest)
-    text += " of at least " + number_text(range.least);
-  else if (range.most < largest)
-    text += " of at most " + number_text(range.most);
-  return range.unit.empty() ? text : text + " (" + range.unit + ")";
 }
 
 }  // namespace
@@ -149,7 +136,7 @@ std::optional<double> XmlValues::number(const KeyNames& key, const NumberRange& 
   if (entry == nullptr) return std::nullopt;
   const std::optional<double> x = parse_number<double>(entry->value);
   if (x && *x >= range.least && *x <= range.most) return x;
-  complain(key, range_text("a number", range), entry->value);
+  complain(key, range_text(range, "a number"), entry->value);
   return std::nullopt;
 }
 
@@ -160,7 +147,7 @@ std::optional<int> XmlValues::integer(const KeyNames& key, const NumberRange& ra
   const std::optional<double> x = parse_number<double>(entry->value);
   if (x && *x >= range.least && *x <= range.most && *x == std::floor(*x) && std::abs(*x) < 1e9)
     return static_cast<int>(*x);
-  complain(key, range_text("a whole number", range), entry->value);
+  complain(key, range_text(range, "a whole number"), entry->value);
   return std::nullopt;
 }
 

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 
+#include "drivers/recording/recording.hpp"
 #include "host/reconstruct/options.hpp"
 
 namespace srd::host {
@@ -32,7 +33,14 @@ Outcome<void> reconstruct(const ReconstructOptions& options) {
   if (!std::filesystem::exists(status))
     return Problem{Exit::kInput, "no such file or folder", options.source.string(),
                    "an OpenSRD settings.xml or the folder of a recording", "", "check the path"};
-  return std::filesystem::is_directory(status) ? reconstruct_recording(options) : reconstruct_settings(options);
+  if (!std::filesystem::is_directory(status)) return reconstruct_settings(options);
+  // A lab's OpenSRD folder has its settings in it.
+  const std::filesystem::path settings = options.source / "settings.xml";
+  if (!std::filesystem::exists(settings, error) || std::filesystem::exists(options.source / kCalibrationName, error))
+    return reconstruct_recording(options);
+  ReconstructOptions inside = options;
+  inside.source = settings;
+  return reconstruct_settings(inside);
 }
 
 }  // namespace
@@ -40,7 +48,7 @@ Outcome<void> reconstruct(const ReconstructOptions& options) {
 void add_reconstruct_command(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ReconstructOptions>();
   CLI::App* command = app.add_subcommand("reconstruct", "water surfaces from an OpenSRD settings.xml or a recording");
-  command->add_option("source", options->source, "OpenSRD settings.xml, or the folder of a recording")->required();
+  command->add_option("source", options->source, "OpenSRD settings.xml or its folder, or the folder of a recording")->required();
   command->add_option("--out", options->out, "folder for the results; made when it is not there")->required();
   command->add_flag("--force", options->force, "replace results that are there already");
   command

@@ -1,6 +1,7 @@
 // What a run found in one frame.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 

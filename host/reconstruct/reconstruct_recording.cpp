@@ -1,15 +1,13 @@
 #include "drivers/recording/recording.hpp"
-#include "drivers/support/text_file.hpp"
+#include "dsp/pipeline/pattern.hpp"
+#include "host/opensrd/results.hpp"
 #include "host/reconstruct/options.hpp"
 #include "host/reconstruct/report.hpp"
 #include "host/reconstruct/series.hpp"
-#include "host/table/model_sidecar.hpp"
 
 namespace srd::host {
 
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr double kFreshWaterIndex = 1.333;  // optics (21): 20 C, 589 nm
 constexpr int kDefaultParameters = 5;
@@ -29,6 +27,15 @@ Outcome<dsp::ModeList> modes_of(const ReconstructOptions& options) {
   if (!known || !list)
     return Problem{Exit::kUsage, "--modes", "", "1 to 24 different modes of A00, B, C and Amn with one digit each", given, ""};
   return *list;
+}
+
+// Rows and columns of points that are listed row by row; nothing for other lists.
+opensrd::PatternSize listed_rows(const Points& points) {
+  const auto pattern = dsp::Pattern::make(points, dsp::FirstSquare::kUnknown);
+  if (!pattern || pattern->rows() * pattern->columns() != pattern->size()) return {};
+  for (int i = 0; i < pattern->size(); ++i)
+    if (pattern->at(i / pattern->columns(), i % pattern->columns()) != i) return {};
+  return {pattern->rows(), pattern->columns()};
 }
 
 Outcome<RunPlan> plan_of(const ReconstructOptions& options, const Recording& recording) {
@@ -62,6 +69,7 @@ Outcome<RunPlan> plan_of(const ReconstructOptions& options, const Recording& rec
   const Outcome<Points> points = read_points(recording.folder / kPointsName);
   if (!points) return points.error();
   camera.points = merge_points(plan.points, *points);
+  plan.pattern = listed_rows(*points);
   for (const RecordedFrame& frame : recording.frames) {
     camera.frames.push_back(recording.folder / frame.file);
     plan.sequences.push_back(frame.sequence);
@@ -75,12 +83,10 @@ Outcome<RunPlan> plan_of(const ReconstructOptions& options, const Recording& rec
 }  // namespace
 
 Outcome<void> reconstruct_recording(const ReconstructOptions& options) {
-  const fs::path series = options.out / "surface.csv", summary = options.out / "summary.txt";
-  std::error_code error;
-  for (const fs::path& file : {series, model_sidecar_path(series), summary})
-    if (!options.force && fs::exists(file, error))
-      return Problem{Exit::kUsage, "is there already", file.string(), "an --out folder without results", "",
-                     "give another --out, or --force to replace the results"};
+  opensrd::OutputPlan outputs;
+  outputs.series = options.out / "surface.csv";
+  outputs.summary = options.out / "summary.txt";
+  if (auto free = opensrd::check_free(outputs, options.force); !free) return free.error();
   const Outcome<Recording> recording = read_recording(options.source, options.rate_hz.value_or(1));
   if (!recording) return recording.error();
   const Outcome<RunPlan> plan = plan_of(options, *recording);
@@ -90,19 +96,12 @@ Outcome<void> reconstruct_recording(const ReconstructOptions& options) {
 
   std::vector<std::string> warnings;
   if (recording->cut) warnings.push_back("frames.csv ends in the middle of a line: that frame is left out");
-  if (!recording->listed && !options.rate_hz)
+  if (!plan->times_known)
     warnings.push_back("the recording has no frames.csv and no --rate is given: times count one second a frame");
   const std::vector<std::string> head = {"recording: " + options.source.string()};
-  fs::create_directories(options.out, error);
-  if (error)
-    return Problem{Exit::kUsage, "cannot be made", options.out.string(), "a folder that can be written",
-                   error.message(), "give another --out"};
-  const std::vector<std::pair<fs::path, std::string>> files = {
-      {series, series_csv(*plan, *result)},
-      {model_sidecar_path(series), series_model(*plan)},
-      {summary, summary_text(*plan, *result, head, warnings)}};
-  for (const auto& [file, text] : files)
-    if (auto written = write_text_file(file, text); !written) return written.error();
+  if (auto ready = opensrd::prepare_outputs(outputs, options.force); !ready) return ready.error();
+  if (auto written = write_series(outputs.series, outputs.summary, *plan, *result, head, warnings); !written)
+    return written.error();
   return report(*plan, *result, head, warnings, options.out);
 }
 

@@ -124,7 +124,7 @@ Outcome<RunResult> run_images(const RunPlan& plan, const Progress& progress) {
   if (!tracker) return unusable_model(tracker.error());
 
   RunResult result;
-  if (!opening)
+  if (!opening && plan.pattern.count() > 0)
     result.warnings.push_back(plan.cameras.front().frames.front().string() +
                               ": the first frame does not show the whole pattern in every camera; the search starts "
                               "from the guess");

@@ -138,4 +138,14 @@ std::string summary_text(const RunPlan& plan, const RunResult& result, const std
   return text;
 }
 
+Outcome<void> write_series(const std::filesystem::path& series, const std::filesystem::path& summary,
+                           const RunPlan& plan, const RunResult& result, const std::vector<std::string>& head,
+                           const std::vector<std::string>& warnings) {
+  std::vector<std::string> all = warnings;
+  all.insert(all.end(), result.warnings.begin(), result.warnings.end());
+  if (auto done = write_text_file(series, series_csv(plan, result)); !done) return done.error();
+  if (auto done = write_text_file(model_sidecar_path(series), series_model(plan)); !done) return done.error();
+  return write_text_file(summary, summary_text(plan, result, head, all));
+}
+
 }  // namespace srd::host

@@ -29,9 +29,13 @@ struct RunMeans {
 [[nodiscard]] const char* metric_name(dsp::Metric metric);
 [[nodiscard]] const char* metric_unit(dsp::Metric metric);
 
-// head: what was run on what, line by line; pose_lines: a line a camera.
+// head: what was run on what, line by line.
 [[nodiscard]] std::string summary_text(const RunPlan& plan, const RunResult& result,
                                        const std::vector<std::string>& head,
                                        const std::vector<std::string>& warnings);
+// surface.csv, its model beside it and the summary.
+[[nodiscard]] Outcome<void> write_series(const std::filesystem::path& series, const std::filesystem::path& summary,
+                                         const RunPlan& plan, const RunResult& result,
+                                         const std::vector<std::string>& head, const std::vector<std::string>& warnings);
 
 }  // namespace srd::host

@@ -162,7 +162,7 @@ TEST_F(ReconstructLab, RenderedOneCamera) {
 }
 
 TEST_F(ReconstructLab, RenderedTwoCamerasFromBothSides) {
-  const CommandResult done = reconstruct(data / "rendered/p2_8term_2cam/settings.xml");
+  const CommandResult done = reconstruct(data / "rendered/p2_8term_2cam");  // the folder will do
   ASSERT_EQ(done.exit, 0) << done.err;
   EXPECT_LE(rms_against_truth("rendered/p2_8term_2cam", 8), 0.03);
   EXPECT_TRUE(fs::exists(folder.path() / "out/RESULTS/FEATURES/CAM2/Frame_7.txt"));
@@ -180,6 +180,7 @@ TEST_F(ReconstructLab, RenderedFramesAsARecording) {
       reconstruct(folder.path() / "recording", {"--model", "5", "--lx", "240", "--ly", "440", "--guess", "80",
                                                 "--refractive-index", "1.336", "--rate", "50"});
   ASSERT_EQ(done.exit, 0) << done.err;
+  EXPECT_EQ(done.err, "");
   EXPECT_LE(rms_against_truth("rendered/p1_5term", 5), 0.06);
 }
 
