@@ -1,5 +1,5 @@
 // From images to a surface: finds the pattern, follows its corners by predicting them through the last surface, fits the
-// next one. One to three cameras that look at one pattern. Optics (11), (15)-(17).
+// next one. One to kMaxCameras cameras that look at one pattern. Optics (11), (15)-(17).
 // Everything is sized at construction: process() does not allocate, throw, or read a clock. One thread per object.
 #pragma once
 
@@ -17,8 +17,6 @@
 #include "dsp/pipeline/prediction.hpp"
 
 namespace srd::dsp {
-
-inline constexpr int kMaxCameras = 3;
 
 struct SurfaceTrackerOptions {
   DetectorOptions detector;      // for full detection; its region holds for tracking too
@@ -67,7 +65,7 @@ template <class S>
 class SurfaceTracker {
  public:
   // guess: one number a mode (mm), where the search starts. estimator: scale, bounds, stops, metric.
-  // kInvalidArgument: no camera or more than three, sizes or lengths that do not fit.
+  // kInvalidArgument: no camera or more than kMaxCameras, sizes or lengths that do not fit.
   [[nodiscard]] static Result<SurfaceTracker> make(std::span<const CameraSetup<S>> cameras, const Pattern& pattern,
                                                    const SurfaceModel<S>& model, const Media<S>& media,
                                                    const Coefficients<S>& guess, const EstimatorOptions& estimator,
