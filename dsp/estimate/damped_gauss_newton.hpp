@@ -114,7 +114,8 @@ class DampedGaussNewton {
   }
   [[nodiscard]] bool at_bound(const Coefficients<double>& a) const {
     for (Eigen::Index i = 0; i < a.size(); ++i)
-      if (at_lower(a, i) || at_upper(a, i)) return true;
+      // Equal bounds hold a coefficient on purpose: that is no sign of trouble.
+      if (at_lower(a, i) != at_upper(a, i)) return true;
     return false;
   }
   // A bound holds coefficient i when going downhill would leave the box.

@@ -12,6 +12,7 @@ namespace {
 
 constexpr int kDefaultIterations = 50;
 constexpr double kDefaultTolerance = 1e-9;
+constexpr double kHeldDeviation = 1e-4;  // mm, stated for a coefficient that equal bounds hold
 constexpr double kApproach = 1e-3;  // fall of the cost at which another metric takes over
 
 [[nodiscard]] bool valid_bounds(const EstimatorOptions& options, std::size_t n) {
@@ -146,7 +147,9 @@ template <class S>
 Stop SurfaceEstimator<S>::finish(CornerProblem<S>& problem, const Coefficients<double>& a,
                                  const NormalEquations& sums, Estimate<S>& out) {
   const double corners = static_cast<double>(n_corners_);
-  const double freedom = 2 * corners - sums.n;
+  int held = 0;
+  for (int i = 0; i < sums.n; ++i) held += is_held(i) ? 1 : 0;
+  const double freedom = 2 * corners - (sums.n - held);
   PixelErrors pixels;
   if (!problem.pixel_errors(a, sums, pixels)) return Stop::kNonFinite;
   const double factor = freedom > 0 ? pixels.weighted_squares / freedom : 0;
@@ -162,8 +165,16 @@ Stop SurfaceEstimator<S>::finish(CornerProblem<S>& problem, const Coefficients<d
   const bool sandwich = metric_ != Metric::kReprojection;
   InformationMatrix<double> middle;
   if (sandwich) middle = pixels.middle.matrix();
+  InformationMatrix<double> h = sums.matrix();
+  // A held coefficient is known: as by an observation of its own, so that the others' deviations do not pay for it.
+  for (int i = 0; i < sums.n; ++i)
+    if (is_held(i)) {
+      const double known = s2 / (kHeldDeviation * kHeldDeviation);
+      h(i, i) += known;
+      if (sandwich) middle(i, i) += known;
+    }
   Uncertainty uncertainty;
-  if (!uncertainty_of(sums.matrix(), sandwich ? &middle : nullptr, s2, uncertainty)) return Stop::kSingular;
+  if (!uncertainty_of(h, sandwich ? &middle : nullptr, s2, uncertainty)) return Stop::kSingular;
   out.information = uncertainty.information.template cast<S>();
   out.standard_deviation = uncertainty.standard_deviation.template cast<S>();
   return out.stop;

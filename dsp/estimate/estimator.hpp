@@ -44,7 +44,7 @@ struct Estimate {
   Stop stop = Stop::kTooFewCorners;
   Coefficients<S> coefficients;        // mm
   InformationMatrix<S> information;    // 1/mm^2; inverse of the covariance (17)
-  Coefficients<S> standard_deviation;  // mm
+  Coefficients<S> standard_deviation;  // mm; 1e-4 for coefficients that equal bounds hold
   S mean_error = 0;                    // mean |e| over corners, in the metric's unit
   S reprojection_rms = 0;              // px per axis, whatever the metric
   S cost = 0;                          // sum of squared weighted residuals
@@ -77,6 +77,10 @@ class SurfaceEstimator {
   SurfaceEstimator() = default;
   [[nodiscard]] Stop prepare_corners(std::span<const CameraObservations<S>> cameras);
   [[nodiscard]] Stop choose_start(std::span<const Coefficients<S>> starts, CornerProblem<S>& problem, int& chosen);
+  // Equal bounds: the coefficient is given, not estimated.
+  [[nodiscard]] bool is_held(Eigen::Index mode) const {
+    return solver_.lower.size() > 0 && solver_.upper.size() > 0 && solver_.lower[mode] == solver_.upper[mode];
+  }
   [[nodiscard]] Stop finish(CornerProblem<S>& problem, const Coefficients<double>& a, const NormalEquations& sums,
                             Estimate<S>& out);
 
