@@ -62,6 +62,7 @@ Outcome<RunPlan> plan_of(const ReconstructOptions& options, const Recording& rec
   const Outcome<Points> points = read_points(recording.folder / kPointsName);
   if (!points) return points.error();
   camera.points = merge_points(plan.points, *points);
+  plan.points_file = (recording.folder / kPointsName).string();
   for (const RecordedFrame& frame : recording.frames) {
     camera.frames.push_back(recording.folder / frame.file);
     plan.sequences.push_back(frame.sequence);

@@ -103,7 +103,7 @@ SIMULATING = [
     ("scene with water below the pattern", scene('[[surface.mode]]\nname = "A00"\nmean_mm = -5.0\n'), SIMULATE, USAGE,
      ["scene.toml", "above the pattern"]),
     ("scene with a rotation that is none",
-     scene("[pose]\nrotation = [1, 0, 0, 0, 1, 0, 0, 0, 2]\ntranslation_mm = [0, 0, 900]\n"), SIMULATE, USAGE,
+     scene("[pose]\nrotation = [1, 0, 0, 0, 1, 0, 0, 0, 0.5]\ntranslation_mm = [0, 0, 900]\n"), SIMULATE, USAGE,
      ["scene.toml:11", "rotation", "orthonormal"]),
     ("no output folder", scene(""), ("srd", "simulate", "scene.toml"), USAGE, ["--out"]),
     ("recording is there already", lambda b: (scene("")(b), b.write("new/truth.csv", "mine")), SIMULATE, USAGE,
