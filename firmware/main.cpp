@@ -38,8 +38,14 @@ srd::Outcome<void> override_config(const Arguments& arguments, srd::firmware::No
   }
   if (!arguments.host.empty()) config.host = arguments.host;
   if (!arguments.rate.empty()) config.pace = arguments.rate == "max" ? srd::Pace::kMax : srd::Pace::kCamera;
-  if (!config.host.empty())
-    if (auto address = srd::Address::parse(config.host, arguments.host.empty() ? config.file.string() : "--host"); !address) return address.error();
+  if (!config.host.empty()) {
+    const std::string where = arguments.host.empty() ? config.file.string() : "--host";
+    auto address = srd::Address::parse(config.host, where);
+    if (!address) return address.error();
+    if (address->port() == 0)
+      return srd::Problem{srd::Exit::kUsage, "no port to send to", where, "HOST:PORT with a port of 1..65535",
+                          "'" + config.host + "'", "the port of srd listen, 47810 unless it was given another"};
+  }
   return {};
 }
 

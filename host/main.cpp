@@ -1,5 +1,6 @@
 // srd: the host's program. Each subcommand has its folder.
 #include <CLI/CLI.hpp>
+#include <iostream>
 
 #include "drivers/support/problem.hpp"
 #include "host/compare/command.hpp"
@@ -20,6 +21,15 @@ int main(int argc, char** argv) {
   srd::host::add_plot_command(app, exit_code);
   try {
     app.parse(argc, argv);
+  } catch (const CLI::RequiredError& error) {
+    if (!app.get_subcommands().empty() || app.remaining().empty()) {
+      app.exit(error);
+    } else {
+      const srd::Problem problem{srd::Exit::kUsage, "unknown subcommand '" + app.remaining().front() + "'", "srd",
+                                 "listen, reconstruct, simulate, compare or plot", "", "srd --help"};
+      std::cerr << problem.text();
+    }
+    return static_cast<int>(srd::Exit::kUsage);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? exit_code : static_cast<int>(srd::Exit::kUsage);
   }

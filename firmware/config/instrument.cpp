@@ -115,6 +115,10 @@ Outcome<Instrument> make_instrument(const NodeConfig& config) {
     instrument.camera = std::make_unique<SimulatorCamera>(scene, SimulatorCameraOptions{config.pace, 0});
     instrument.scene = std::move(scene);
   } else {
+    // Before its calibration is missed: the folder's name is what is wrong.
+    std::error_code error;
+    if (!std::filesystem::is_directory(config.camera->argument, error))
+      return Problem{Exit::kInput, "no such folder", config.camera->argument, "a folder with a recording", "", "check the path"};
     RecordingCameraOptions options;
     options.pace = config.pace;
     options.rate_hz = config.frame_rate_hz;
@@ -129,9 +133,10 @@ Outcome<Instrument> make_instrument(const NodeConfig& config) {
                      "the length scale of the modes, mm", "", ""};
 
   const auto pattern = dsp::Pattern::make(*rig.points, config.first_square);
-  if (!pattern)
+  if (!pattern || pattern->rows() < 2 || pattern->columns() < 2)
     return Problem{Exit::kInput, "the points are no checkerboard", config_where(config),
-                   "corners on a square grid along X and Y, to 5 % of a square", "other points", "check the file of points"};
+                   "corners on a square grid along X and Y, to 5 % of a square, not all in one line",
+                   pattern ? "points in one line" : "other points", "check the file of points"};
   dsp::SurfaceModel<float> model{config.modes, static_cast<float>(lx), static_cast<float>(ly),
                                  static_cast<float>(config.x0_mm), static_cast<float>(config.y0_mm)};
   dsp::Media<float> media;

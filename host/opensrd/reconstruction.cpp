@@ -87,6 +87,7 @@ Outcome<Preparation> prepare(const Settings& settings, const Overrides& override
     const Outcome<Points> features = points_of(given.feature_points, settings.pattern, "the feature pattern's size");
     if (!features) return features.error();
     camera.points = merge_points(plan.points, *features);
+    if (i == 0) plan.points_file = given.feature_points.string();
 
     std::optional<PoseFit> fit;
     std::string pose_line = camera.name + ": pose from " + given.reference.string();

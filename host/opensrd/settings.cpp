@@ -239,6 +239,7 @@ class Reader {
     settings_.coefficients_output = values_.text(coefficients).value_or("");
     if (!values_.has(coefficients)) values_.missing(coefficients, "the file name of the coefficients");
     if (patch()) {
+      settings_.save_errors = settings_.save_features = false;  // the release writes neither
       settings_.patch.centres_output = values_.text({"OutputFileCenters"}).value_or("");
       return;
     }

@@ -70,6 +70,7 @@ Outcome<RunPlan> plan_of(const ReconstructOptions& options, const Recording& rec
   if (!points) return points.error();
   camera.points = merge_points(plan.points, *points);
   plan.pattern = listed_rows(*points);
+  plan.points_file = (recording.folder / kPointsName).string();
   for (const RecordedFrame& frame : recording.frames) {
     camera.frames.push_back(recording.folder / frame.file);
     plan.sequences.push_back(frame.sequence);

@@ -26,6 +26,7 @@ struct RunCamera {
 struct RunPlan {
   std::vector<RunCamera> cameras;  // all with the same number of frames
   Points points;                   // F of all cameras, each once, mm
+  std::string points_file;         // where the first camera's come from, for messages
   opensrd::PatternSize pattern;    // 0 x 0: the cameras' lists are not row by row
   dsp::SurfaceModel<double> model;
   dsp::Media<double> media;

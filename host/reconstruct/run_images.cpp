@@ -108,9 +108,10 @@ Outcome<RunResult> run_images(const RunPlan& plan, const Progress& progress) {
   if (!images) return images.error();
   const auto make_pattern = [&](dsp::FirstSquare first) { return dsp::Pattern::make(plan.points, first); };
   auto pattern = make_pattern(dsp::FirstSquare::kDark);
-  if (!pattern)
-    return Problem{Exit::kInput, "the feature points are not corners of a checkerboard", "",
-                   "points on a square grid along X and Y, to 5 % of a square", "", "check the points' file"};
+  if (!pattern || pattern->rows() < 2 || pattern->columns() < 2)
+    return Problem{Exit::kInput, "the feature points are not corners of a checkerboard", plan.points_file,
+                   "points on a square grid along X and Y, to 5 % of a square, not all in one line",
+                   pattern ? "points in one line" : "other points", "check the points' file"};
   std::vector<dsp::View<double>> views;
   std::vector<dsp::CameraSetup<double>> setups;
   for (std::size_t c = 0; c < plan.cameras.size(); ++c) {

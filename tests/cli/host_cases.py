@@ -1,0 +1,216 @@
+"""What can be wrong in what a person gives to srd: name, builder, arguments, exit code, words of the message."""
+
+from bench import COEFFICIENTS, SCENE, TRUTH
+
+USAGE, INPUT, NETWORK = 2, 3, 5
+SIMULATE = ("srd", "simulate", "scene.toml", "--out", "new")
+SETTINGS = ("srd", "reconstruct", "settings.xml", "--out", "new")
+RECORDING = ("srd", "reconstruct", "rec", "--out", "new", "--lx", "240", "--ly", "440", "--guess", "80")
+LISTEN = ("srd", "listen", "--for", "1", "--bind", "127.0.0.1:0")
+PLOT = ("srd", "plot", "run.csv", "--out", "new")
+COMPARE = ("srd", "compare", "run.csv", "truth.csv")
+
+
+def scene(more, old=None, new=None):
+    def build(bench):
+        bench.write("scene.toml", SCENE + more)
+        if old is not None:
+            bench.spoil("scene.toml", old, new)
+    return build
+
+
+def settings(leave_out=(), **changed):
+    return lambda bench: bench.settings(leave_out, **changed)
+
+
+def recording(bench):
+    bench.recording()
+
+
+def spoilt(make, name, old, new):
+    def build(bench):
+        make(bench)
+        bench.spoil(name, old, new)
+    return build
+
+
+def written(make, name, contents):
+    def build(bench):
+        make(bench)
+        bench.write(name, contents)
+    return build
+
+
+def tables(bench):
+    bench.tables()
+
+
+def exists(name, contents):
+    return lambda bench: bench.write(name, contents)
+
+
+def folder_without_images(bench):
+    bench.settings()
+    bench.remove("frames/0.png", "frames/1.png")
+
+
+def pose_from_image(**changed):
+    return settings(**{"TypeCameraPose": "1", "InputReference1": '"reference.png"', "InputInitial1": '"rec/points.txt"',
+                       "RefPatternSize_Width": "11", "RefPatternSize_Height": "21", **changed})
+
+
+def blank_reference(bench):
+    pose_from_image(InputReference1='"blank.pgm"')(bench)
+    bench.blank_image("blank.pgm")
+
+
+def small_reference(bench):
+    pose_from_image(InputReference1='"blank.pgm"')(bench)
+    bench.blank_image("blank.pgm", 64, 64)
+
+
+def unreadable_reference(bench):
+    pose_from_image(InputReference1='"broken.png"')(bench)
+    bench.write("broken.png", "no image")
+
+
+def points_in_one_line(bench):
+    pose_from_image(InputReference1='"rec/reference.png"', InputInitial1='"line.txt"')(bench)
+    bench.write("line.txt", "".join(f"{20 * i} 0 0\n" for i in range(231)))
+
+
+def no_image_is_readable(bench):
+    bench.settings()
+    for frame in range(2):
+        bench.write(f"frames/{frame}.png", "no image")
+
+
+def of_2017(bench):
+    bench.settings(gridSize="10", min_u="0", max_u="75", min_v="0", max_v="53", minThreshold="90", maxThreshold="140",
+                   OutputFileCenters='"centres.txt"')
+
+
+SIMULATING = [
+    ("scene missing", lambda b: None, SIMULATE, USAGE, ["scene.toml", "no such file"]),
+    ("scene is not TOML", scene("[surface\n"), SIMULATE, USAGE, ["scene.toml:10"]),
+    ("scene with an unknown key", scene("", "fx =", "focal ="), SIMULATE, USAGE,
+     ["scene.toml:6", "unknown key 'camera.focal'", "fx"]),
+    ("scene with text for a number", scene("", "640", '"640"'), SIMULATE, USAGE, ["scene.toml:4", "'camera.width'", "expected"]),
+    ("scene without an image", scene("", "height = 320", "height = 0"), SIMULATE, USAGE,
+     ["scene.toml:5", "'camera.height'", "expected", "found 0"]),
+    ("scene with a mode that does not exist", scene('[[surface.mode]]\nname = "Q1"\n'), SIMULATE, USAGE,
+     ["scene.toml:11", "name", "A00, B, C", '"Q1"']),
+    ("scene with water below the pattern", scene('[[surface.mode]]\nname = "A00"\nmean_mm = -5.0\n'), SIMULATE, USAGE,
+     ["scene.toml", "above the pattern"]),
+    ("scene with a rotation that is none",
+     scene("[pose]\nrotation = [1, 0, 0, 0, 1, 0, 0, 0, 0.5]\ntranslation_mm = [0, 0, 900]\n"), SIMULATE, USAGE,
+     ["scene.toml:11", "rotation", "orthonormal"]),
+    ("no output folder", scene(""), ("srd", "simulate", "scene.toml"), USAGE, ["--out"]),
+    ("recording is there already", lambda b: (scene("")(b), b.write("new/truth.csv", "mine")), SIMULATE, USAGE,
+     ["new/truth.csv", "is there already", "--force"]),
+    ("output is a file", lambda b: (scene("")(b), b.write("new", "mine")), SIMULATE, INPUT, ["new", "expected"]),
+    ("no frames to simulate", scene(""), (*SIMULATE, "--frames", "0"), USAGE, ["--frames", "0"]),
+]
+
+RECONSTRUCTING = [
+    ("settings missing", lambda b: None, SETTINGS, INPUT, ["settings.xml", "no such file"]),
+    ("settings not XML", exists("settings.xml", "Lx = 240\n"), SETTINGS, USAGE, ["settings.xml", "not an OpenSRD settings file"]),
+    ("settings cut short", exists("settings.xml", "<?xml version=\"1.0\"?>\n<opencv_storage>\n<Settings>\n<Lx>2"), SETTINGS,
+     USAGE, ["settings.xml", "not an OpenSRD settings file", "found"]),
+    ("settings of a calibration", settings(["OutputFileName"], Write_outputFileName='"c.yml"'), SETTINGS, USAGE,
+     ["settings.xml", "calibration", "Write_outputFileName"]),
+    ("settings without a key", settings(["Lx"]), SETTINGS, USAGE, ["settings.xml", "'Lx' is missing", "expected"]),
+    ("settings without several keys", settings(["Lx", "InitialGuess", "OutputFileName"]), SETTINGS, USAGE,
+     ["3 problems", "'Lx' is missing", "'InitialGuess' is missing", "'OutputFileName' is missing"]),
+    ("settings with text for a number", settings(Ly="wide"), SETTINGS, USAGE, ["settings.xml:10", "'Ly'", "a number", "'wide'"]),
+    ("settings with four cameras", settings(NumberOfCameras="4"), SETTINGS, USAGE,
+     ["settings.xml:4", "'NumberOfCameras'", "'4'"]),
+    ("settings with parameters that no model has", settings(SurfaceModelParameters="4"), SETTINGS, USAGE,
+     ["settings.xml:11", "'SurfaceModelParameters'", "1, 3, 5, 8 or 12", "'4'"]),
+    ("settings with a guess too long", settings(InitialGuess='"[80,0,0,0,0,0]"'), SETTINGS, USAGE,
+     ["settings.xml:12", "'InitialGuess'", "at most 5", "6 numbers"]),
+    ("settings with words in the guess", settings(InitialGuess='"[deep]"'), SETTINGS, USAGE,
+     ["settings.xml:12", "'InitialGuess'", "list of numbers", "[deep]"]),
+    ("settings with not a number in the guess", settings(InitialGuess='"[nan,0,0,0,0]"'), SETTINGS, USAGE,
+     ["settings.xml:12", "'InitialGuess'", "nan"]),
+    ("settings with an unknown metric", settings(ErrorMetric="3"), SETTINGS, USAGE, ["settings.xml:14", "'ErrorMetric'", "'3'"]),
+    ("settings of 2017", of_2017, SETTINGS, USAGE, ["settings.xml", "2017", "not available yet", "gridSize"]),
+    ("wrong number of points", settings(FeaturePatternSize_Width="12"), SETTINGS, INPUT,
+     ["points.txt", "252", "12 rows of 21", "231"]),
+    ("calibration missing", settings(CalibrationFile1='"lens.yml"'), SETTINGS, INPUT, ["lens.yml", "no such file"]),
+    ("image folder missing", settings(InputDirectory1='"nowhere"'), SETTINGS, INPUT, ["nowhere", "no such folder"]),
+    ("image folder without images", folder_without_images, SETTINGS, INPUT, ["frames", "holds no frames", "images"]),
+    ("unreadable images", no_image_is_readable, SETTINGS, INPUT, ["frames/0.png", "expected"]),
+    ("no board in the reference image", blank_reference, SETTINGS, INPUT, ["blank.pgm", "shows no board", "11", "21", "found"]),
+    ("reference image of another size", small_reference, SETTINGS, INPUT, ["blank.pgm", "640 x 320", "64 x 64"]),
+    ("reference image unreadable", unreadable_reference, SETTINGS, INPUT, ["broken.png", "expected"]),
+    ("points in one line", points_in_one_line, SETTINGS, INPUT, ["cannot give a pose", "in one line"]),
+    ("settings with a recording's options", settings(), (*SETTINGS, "--guess", "80"), USAGE, ["--guess", "settings.xml"]),
+    ("results are there already", lambda b: (b.settings(), b.write("new/coefficients.txt", "mine")), SETTINGS, USAGE,
+     ["new/coefficients.txt", "is there already", "--force"]),
+    ("recording without its lengths", recording, RECORDING[:5] + ("--guess", "80"), USAGE, ["--lx and --ly are missing"]),
+    ("recording without a guess", recording, RECORDING[:-2], USAGE, ["--guess", "1 to 5 numbers"]),
+    ("recording with an unknown mode", recording, (*RECORDING, "--modes", "A00,Q1"), USAGE, ["--modes", "A00,Q1", "expected"]),
+    ("not a number for a length", recording, (*RECORDING[:5], "--lx", "nan", *RECORDING[7:]), USAGE, ["--lx", "nan"]),
+    ("recording with a damaged pose", spoilt(recording, "rec/pose.yml", "1.9758591461345072e-02", "1.5"), RECORDING, INPUT,
+     ["pose.yml", "'Rotationmatrix'", "orthonormal"]),
+    ("recording with its points in one line",
+     written(recording, "rec/points.txt", "".join(f"{20 * i} 0 0\n" for i in range(20))), RECORDING, INPUT, ["points"]),
+    ("recording with points not on a board", written(recording, "rec/points.txt", "0 0 0\n20 0 0\n0 20 0\n28 23 0\n"),
+     RECORDING, INPUT, ["points.txt", "checkerboard", "square"]),
+]
+
+LISTENING = [
+    ("address without a port", lambda b: None, ("srd", "listen", "--for", "1", "--bind", "localhost"), USAGE,
+     ["--bind", "no port", "'localhost'"]),
+    ("address of another computer", lambda b: None, ("srd", "listen", "--for", "1", "--bind", "192.0.2.1:47810"), NETWORK,
+     ["192.0.2.1:47810", "address of this computer"]),
+    ("port is taken", lambda b: None, ("srd", "listen", "--for", "1", "--bind", "127.0.0.1:{taken_port}"), NETWORK,
+     ["127.0.0.1:", "another port"]),
+    ("record is there already", exists("run.csv", COEFFICIENTS), (*LISTEN, "--csv", "run.csv"), USAGE,
+     ["run.csv", "--append", "--force"]),
+    ("append to a file of another kind", exists("run.csv", TRUTH), (*LISTEN, "--csv", "run.csv", "--append"), INPUT,
+     ["run.csv:1", "not a record of srd listen", "node,boot,sequence"]),
+    ("append to a damaged record", exists("run.csv", COEFFICIENTS.replace("bench,7,1,", "bench,7,x,")),
+     (*LISTEN, "--csv", "run.csv", "--append"), INPUT, ["run.csv:3", "node,boot,sequence", "bench,7,x"]),
+    ("append and force", exists("run.csv", COEFFICIENTS), (*LISTEN, "--csv", "run.csv", "--append", "--force"), USAGE,
+     ["--append", "--force"]),
+    ("record in a folder that is not there", lambda b: None, (*LISTEN, "--csv", "nowhere/run.csv"), 4, ["nowhere/run.csv"]),
+    ("no seconds", lambda b: None, ("srd", "listen", "--for", "0"), USAGE, ["--for", "0"]),
+]
+
+
+def of_table(command, verb):
+    return [
+        (f"{verb} a missing file", lambda b: b.write("truth.csv", TRUTH), command, INPUT, ["run.csv", "cannot read"]),
+        (f"{verb} an empty file", written(tables, "run.csv", ""), command, INPUT, ["run.csv", "header"]),
+        (f"{verb} a header alone", written(tables, "run.csv", COEFFICIENTS.splitlines()[0] + "\n"), command, INPUT,
+         ["run.csv", "no frames", "expected"]),
+        (f"{verb} without a column", spoilt(tables, "run.csv", ",clock,", ",clck,"), command, INPUT,
+         ["run.csv:1", "no column 'clock'", "expected"]),
+        (f"{verb} text in a number", spoilt(tables, "run.csv", ",80.5,", ",deep,"), command, INPUT,
+         ["run.csv:3", "'A00'", "a finite number", "'deep'"]),
+        (f"{verb} a short row", spoilt(tables, "run.csv", "80.5,1,0.01,0.01", "80.5,1"), command, INPUT,
+         ["run.csv:3", "16 cells", "found: 14"]),
+        (f"{verb} a node that is not there", tables, (*command, "--node", "other"), USAGE, ["run.csv", "'other'", "bench"]),
+    ]
+
+
+TABLES = of_table(PLOT, "plot") + of_table(COMPARE, "compare") + [
+    ("plot a frame that is not there", tables, (*PLOT, "--frame", "99"), USAGE, ["run.csv", "no such frame", "99"]),
+    ("plot with a damaged truth", spoilt(tables, "truth.csv", ",80.5,", ",deep,"), (*PLOT, "--truth", "truth.csv"), INPUT,
+     ["truth.csv:3", "deep"]),
+    ("compare without the truth", exists("run.csv", COEFFICIENTS), COMPARE, INPUT, ["truth.csv", "no such file"]),
+    ("compare with an empty truth", written(tables, "truth.csv", ""), COMPARE, INPUT, ["truth.csv:1", "frame,time_ns"]),
+    ("compare with a truth of another kind", written(tables, "truth.csv", COEFFICIENTS), COMPARE, INPUT,
+     ["truth.csv:1", "header", "frame,time_ns"]),
+    ("compare with text in the truth", spoilt(tables, "truth.csv", ",80.5,", ",deep,"), COMPARE, INPUT,
+     ["truth.csv:3", "expected", "deep"]),
+    ("compare with a truth of other times", written(tables, "truth.csv", TRUTH.replace("0,0,", "0,5,").replace(",20000000,", ",7,")),
+     COMPARE, INPUT, ["truth.csv", "time"]),
+    ("compare beyond a limit without a model", tables, (*COMPARE, "--max-rms", "1"), USAGE, ["--max-rms", "--model"]),
+    ("no subcommand", lambda b: None, ("srd",), USAGE, ["subcommand"]),
+    ("unknown subcommand", lambda b: None, ("srd", "measure"), USAGE, ["measure"]),
+]
+
+CASES = SIMULATING + RECONSTRUCTING + LISTENING + TABLES

@@ -1,0 +1,180 @@
+"""What can be wrong in what a technician gives to srd-node: name, builder, arguments, exit code, words of the message."""
+
+from bench import NODE
+
+USAGE, INPUT, NETWORK = 2, 3, 5
+CHECK = ("srd-node", "--config", "flume.toml", "--check-config")
+RUN = ("srd-node", "--config", "flume.toml")
+
+
+def config(old, new):
+    return lambda bench: bench.node(old, new)
+
+
+def spoilt(name, old, new):
+    def build(bench):
+        bench.node()
+        bench.spoil(name, old, new)
+    return build
+
+
+def written(name, contents):
+    def build(bench):
+        bench.node()
+        bench.write(name, contents)
+    return build
+
+
+def without(*names):
+    def build(bench):
+        bench.node()
+        bench.remove(*names)
+    return build
+
+
+def only_unreadable_images(bench):
+    bench.node()
+    for frame in range(3):
+        bench.write(f"rec/frame_{frame:06}.png", "no image")
+
+
+
+
+IDENTITY = "1.9758591461345072e-02"
+LINE = "".join(f"{20 * i} 0 0\n" for i in range(20))
+# On a grid to 5 % of a square, but for one.
+CROOKED = "0 0 0\n20 0 0\n0 20 0\n28 23 0\n"
+
+CONFIGURATION = [
+    ("config is not given", lambda b: None, ("srd-node",), USAGE, ["--config", "expected", "found"]),
+    ("config is missing", lambda b: None, RUN, USAGE, ["flume.toml", "cannot be read", "check the path"]),
+    ("config is a folder", lambda b: b.path("flume.toml").mkdir(), CHECK, USAGE, ["flume.toml", "cannot be read"]),
+    ("config is not TOML", config('id = "bench"', "id = = 4"), CHECK, USAGE, ["flume.toml:2", "expected"]),
+    ("config is binary", written("flume.toml", bytes(range(256))), CHECK, USAGE, ["flume.toml:1"]),
+    ("unknown key", config("refractive_index", "refractiv_index"), CHECK, USAGE,
+     ["flume.toml:9", "unknown key 'water.refractiv_index'", "one of: ", "refractive_index"]),
+    ("unknown table", config("[water]", "[watr]"), CHECK, USAGE, ["flume.toml:8", "unknown key 'watr'", "water"]),
+    ("wrong type", config("parameters = 5", 'parameters = "5"'), CHECK, USAGE,
+     ["flume.toml:11", "'surface.parameters'", "a whole number", "found"]),
+    ("out of range", config("1.333", "13.33"), CHECK, USAGE,
+     ["flume.toml:9", "'water.refractive_index'", "expected a number from 1.0001 to 2", "found 13.33"]),
+    ("not a number", config("240.0", "nan"), CHECK, USAGE, ["flume.toml:12", "'surface.lx_mm'", "found nan"]),
+    ("infinite", config("440.0", "inf"), CHECK, USAGE, ["flume.toml:13", "'surface.ly_mm'", "found inf"]),
+    ("length scale missing", config("lx_mm = 240.0", ""), CHECK, USAGE, ["flume.toml", "'surface.lx_mm' is missing"]),
+    ("parameters that no model has", config("parameters = 5", "parameters = 4"), CHECK, USAGE,
+     ["flume.toml:11", "'surface.parameters'", "1, 3, 5, 8 or 12", "found 4"]),
+    ("bad name of a mode", config("parameters = 5", 'modes = ["A00", "Q7"]'), CHECK, USAGE,
+     ["flume.toml:11", "'surface.modes'", '"Q7"']),
+    ("a mode twice", config("parameters = 5", 'modes = ["A00", "B", "B"]'), CHECK, USAGE,
+     ["flume.toml:11", "'surface.modes'", "different modes"]),
+    ("guess is too long", config("[80.0]", "[80.0, 0, 0, 0, 0, 0]"), CHECK, USAGE,
+     ["flume.toml:14", "'surface.guess_mm'", "expected", "found"]),
+    ("not a number in the guess", config("[80.0]", "[nan]"), CHECK, USAGE, ["flume.toml:14", "'surface.guess_mm'", "nan"]),
+    ("bounds that exclude everything",
+     config("[80.0]", "[80.0]\nlower_mm = [90, -9, -9, -9, -9]\nupper_mm = [70, 9, 9, 9, 9]"), CHECK, USAGE,
+     ["flume.toml:15", "'surface.lower_mm'", "upper_mm", "90"]),
+    ("bounds of another length", config("[80.0]", "[80.0]\nlower_mm = [60, -9]"), CHECK, USAGE,
+     ["flume.toml:15", "'surface.lower_mm'", "a list of 5"]),
+    ("bad node id", config('"bench"', '"a node"'), CHECK, USAGE, ["flume.toml:2", "'node.id'", '"a node"']),
+    ("index and temperature", config("1.333", "1.333\nwater_temperature_c = 20.0"), CHECK, USAGE,
+     ["flume.toml:9", "refractive_index", "temperature", "both"]),
+    ("a grid without its size", config('first_square = "dark"', "rows = 11"), CHECK, USAGE,
+     ["flume.toml", "'pattern.columns' is missing", "'pattern.square_mm' is missing"]),
+    ("region without area", config("min_distance_px = 8", "region_px = [300, 0, 200, 100]"), CHECK, USAGE,
+     ["flume.toml:16", "'detector.region_px'", "u0 < u1"]),
+    ("region outside the image", config("min_distance_px = 8", "region_px = [0, 0, 641, 320]"), CHECK, USAGE,
+     ["flume.toml", "'detector.region_px'", "640 x 320", "641"]),
+    ("no camera", config('source = "recording:rec"', ""), CHECK, USAGE, ["flume.toml", "no camera", "camera.source"]),
+    ("unknown kind of camera in the file", config("recording:rec", "webcam:0"), CHECK, USAGE,
+     ["flume.toml:4", "'camera.source'", "recording:FOLDER", "webcam:0"]),
+]
+
+RIG = [
+    ("calibration missing", without("rec/calibration.yml"), CHECK, USAGE,
+     ["flume.toml", "no calibration", "calibration.yml", "expected"]),
+    ("pose missing", without("rec/pose.yml"), CHECK, USAGE, ["flume.toml", "no pose", "pose.yml", "expected"]),
+    ("points missing", without("rec/points.txt"), CHECK, USAGE, ["flume.toml", "no points", "points.txt", "expected"]),
+    ("named calibration missing", lambda b: b.node(text=NODE + '[geometry]\ncalibration = "lens.yml"\n'), CHECK, INPUT,
+     ["lens.yml", "no such file", "expected"]),
+    ("calibration with another key", spoilt("rec/calibration.yml", "camera_matrix", "cameramatrix"), CHECK, INPUT,
+     ["calibration.yml", "'camera_matrix'", "no such key"]),
+    ("calibration matrix of another size", spoilt("rec/calibration.yml", "rows: 3", "rows: 2"), CHECK, INPUT,
+     ["calibration.yml", "'camera_matrix'", "3 x 3", "2 x 3 with 9 numbers"]),
+    ("not a number in the calibration", spoilt("rec/calibration.yml", "data: [ 1075.", "data: [ .Nan"), CHECK, INPUT,
+     ["calibration.yml", "'camera_matrix'", "not a finite number"]),
+    ("distortion of six numbers",
+     spoilt("rec/calibration.yml", "rows: 5\n   cols: 1\n   dt: d\n   data: [", "rows: 6\n   cols: 1\n   dt: d\n   data: [ 0.,"),
+     CHECK, INPUT, ["calibration.yml", "'distortion_coefficients'", "4, 5, 8, 12 or 14 numbers", "6 x 1"]),
+    ("calibration without the image's size", spoilt("rec/calibration.yml", "image_width: 640\n", ""), CHECK, INPUT,
+     ["image_width", "expected", "found"]),
+    ("calibration is text", written("rec/calibration.yml", "f = 1075\n"), CHECK, INPUT,
+     ["calibration.yml", "camera calibration", "FileStorage"]),
+    ("calibration is empty", written("rec/calibration.yml", ""), CHECK, INPUT, ["calibration.yml", "expected"]),
+    ("pose is not a rotation", spoilt("rec/pose.yml", IDENTITY, "1.5"), CHECK, INPUT,
+     ["pose.yml", "'Rotationmatrix'", "orthonormal", "found"]),
+    ("points not on a board", written("rec/points.txt", CROOKED), CHECK, INPUT, ["no checkerboard", "square", "points"]),
+    ("points in one line", written("rec/points.txt", LINE), CHECK, INPUT, ["points"]),
+    ("points with two columns", written("rec/points.txt", "0 0 0\n0 20\n"), CHECK, INPUT,
+     ["points.txt:2", "x y z", "'0 20'"]),
+    ("text among the points", written("rec/points.txt", "0 0 0\n0 twenty 0\n"), CHECK, INPUT,
+     ["points.txt:2", "x y z", "'0 twenty 0'"]),
+    ("not a number among the points", written("rec/points.txt", "0 0 0\n0 nan 0\n"), CHECK, INPUT,
+     ["points.txt:2", "'0 nan 0'"]),
+    ("a point twice", written("rec/points.txt", "0 0 0\n0 20 0\n0 0 0\n"), CHECK, INPUT,
+     ["points.txt:3", "repeats a point", "line 1"]),
+    ("no points in the file", written("rec/points.txt", ""), CHECK, INPUT, ["points.txt", "holds no points", "x y z"]),
+]
+
+RECORDING = [
+    ("recording folder missing", config("recording:rec", "recording:nowhere"), CHECK, INPUT, ["nowhere"]),
+    ("recording folder missing, with a rig",
+     lambda b: b.node(text=NODE.replace("recording:rec", "recording:nowhere") + '[geometry]\ncalibration = '
+                      '"rec/calibration.yml"\npose = "rec/pose.yml"\npoints = "rec/points.txt"\n'),
+     RUN, INPUT, ["nowhere", "no such folder"]),
+    ("recording folder empty",
+     lambda b: (b.node(text=NODE.replace("recording:rec", "recording:empty") + '[geometry]\ncalibration = '
+                       '"rec/calibration.yml"\npose = "rec/pose.yml"\npoints = "rec/points.txt"\n'),
+                b.path("empty").mkdir()),
+     RUN, INPUT, ["empty", "neither frames.csv nor images"]),
+    ("only unreadable images", only_unreadable_images, RUN, INPUT, ["frame_000000.png", "no image of this recording"]),
+    ("listing with another header", spoilt("rec/frames.csv", "file,sequence", "name,sequence"), RUN, INPUT,
+     ["frames.csv:1", "header", "file,sequence,time_ns,exposure_us,strobe"]),
+    ("listing with text in a number", spoilt("rec/frames.csv", ",1,20000000,", ",one,20000000,"), RUN, INPUT,
+     ["frames.csv:3", "is not a frame", "one,20000000"]),
+    ("listing leaves the folder", spoilt("rec/frames.csv", "frame_000001.png", "../secret.png"), RUN, INPUT,
+     ["frames.csv:3", "file inside the folder", "../secret.png"]),
+    ("image of another size than the calibration", spoilt("rec/calibration.yml", "image_width: 640", "image_width: 656"),
+     RUN, INPUT, ["another size", "656 x 320", "640 x 320"]),
+]
+
+COMMAND_LINE = [
+    ("unknown option", config(None, None), (*RUN, "--configuration", "x"), USAGE, ["--configuration"]),
+    ("no frames", config(None, None), (*RUN, "--frames", "0"), USAGE, ["--frames", "0"]),
+    ("negative frames", config(None, None), (*RUN, "--frames", "-4"), USAGE, ["--frames", "-4"]),
+    ("text for frames", config(None, None), (*RUN, "--frames", "ten"), USAGE, ["--frames", "ten"]),
+    ("unknown rate", config(None, None), (*RUN, "--rate", "slow"), USAGE, ["--rate", "slow", "camera", "max"]),
+    ("unknown kind of camera", config(None, None), (*RUN, "--camera", "webcam:0"), USAGE,
+     ["--camera", "recording:FOLDER", '"webcam:0"']),
+    ("recording without a folder", config(None, None), (*RUN, "--camera", "recording:"), USAGE,
+     ["--camera", "recording:FOLDER", '"recording:"']),
+    ("simulator with a word for a seed", config(None, None), (*RUN, "--camera", "simulator:x"), USAGE,
+     ["--camera", "simulator:SEED", '"simulator:x"']),
+    ("host without a port", config(None, None), (*RUN, "--host", "127.0.0.1"), USAGE,
+     ["--host", "no port", "HOST:PORT", "'127.0.0.1'"]),
+    ("host with a port too large", config(None, None), (*RUN, "--host", "127.0.0.1:70000"), USAGE,
+     ["--host", "'70000' is not a port", "1..65535"]),
+    ("host with port 0", config(None, None), (*RUN, "--host", "127.0.0.1:0"), USAGE, ["--host", "port", "1..65535"]),
+    # Two dots in a row are no name: this needs no network to be refused.
+    ("host that has no address", config(None, None), (*RUN, "--host", "flume..invalid:47810"), NETWORK,
+     ["--host", "cannot resolve 'flume..invalid'"]),
+    ("bad host in the file", config('id = "bench"', 'id = "bench"\nhost = "127.0.0.1"'), CHECK, USAGE,
+     ["flume.toml", "no port", "HOST:PORT"]),
+    ("nobody listens", config(None, None), (*RUN, "--frames", "2", "--host", "127.0.0.1:{taken_port}"), NETWORK,
+     ["127.0.0.1:", "not acknowledged", "srd listen"]),
+    ("truth of a recording", config(None, None), (*RUN, "--truth", "t.csv"), USAGE, ["--truth", "simulator", "recording"]),
+    ("truth in a folder that is not there", config(None, None),
+     (*RUN, "--camera", "simulator", "--frames", "1", "--truth", "nowhere/t.csv"), INPUT,
+     ["nowhere/t.csv", "cannot be written"]),
+]
+
+CASES = CONFIGURATION + RIG + RECORDING + COMMAND_LINE
