@@ -1,8 +1,8 @@
-// Index of refraction of water against air. Optics (21): X. Quan and E. S. Fry, Empirical equation for the index of
-// refraction of seawater, Applied Optics 34 (1995) 3477.
+// Index of refraction of water against air, where its equation holds. Optics (21).
 #pragma once
 
 #include "dsp/core/result.hpp"
+#include "dsp/optics/water_index.hpp"
 
 namespace srd::dsp {
 
@@ -21,9 +21,7 @@ inline constexpr WaterRange kWaterWavelengthNm{400, 700};
   if (!inside(temperature_c, kWaterTemperatureC) || !inside(salinity_per_mille, kWaterSalinityPerMille) ||
       !inside(wavelength_nm, kWaterWavelengthNm))
     return Errc::kInvalidArgument;
-  const double t = temperature_c, s = salinity_per_mille, per_l = 1 / wavelength_nm;
-  return 1.31405 + (1.779e-4 - 1.05e-6 * t + 1.6e-8 * t * t) * s - 2.02e-6 * t * t +
-         per_l * (15.868 + 0.01155 * s - 0.00423 * t + per_l * (-4382 + per_l * 1.1455e6));
+  return water_index(temperature_c, salinity_per_mille, wavelength_nm);
 }
 
 }  // namespace srd::dsp

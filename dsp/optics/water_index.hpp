@@ -1,9 +1,11 @@
-// Refractive index of water against air. Optics (21): Quan & Fry, Applied Optics 34 (1995) 3477, equation 3.
+// Refractive index of water against air. Optics (21): X. Quan and E. S. Fry, Empirical equation for the index of
+// refraction of seawater, Applied Optics 34 (1995) 3477, equation 3.
 #pragma once
 
 namespace srd::dsp {
 
-// temperature 0..30 degrees C, salinity 0..35 per mille, wavelength 400..700 nm (in air): good to 1.5e-4 there.
+// Fitted for temperature 0..30 degrees C, salinity 0..35 per mille, wavelength 400..700 nm (in air), to 1.5e-4; not
+// checked here.
 [[nodiscard]] constexpr double water_index(double temperature_c, double salinity_per_mille, double wavelength_nm) {
   const double t = temperature_c, s = salinity_per_mille, l = wavelength_nm;
   return 1.31405 + (1.779e-4 - 1.05e-6 * t + 1.6e-8 * t * t) * s - 2.02e-6 * t * t +
