@@ -17,8 +17,9 @@ struct RecordingCameraOptions {
   int buffers = 4;     // at least 3 are reserved, at most FramePool::kMostBuffers
 };
 
-// Frames have the clock kRecording, and the size of the first image that can be read. An image that is missing, cut or
-// of another size gives kBadFrame, and the next call goes on. PGM images are read without the heap.
+// Frames have the clock kRecording, and the size of the first image that can be read. An image that is
+// missing, cut or of another size gives kBadFrame, and the next call goes on. PGM images are read without the
+// heap.
 class RecordingCamera final : public Camera {
  public:
   explicit RecordingCamera(std::filesystem::path folder, const RecordingCameraOptions& options = {});

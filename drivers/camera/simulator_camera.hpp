@@ -16,9 +16,9 @@ struct SimulatorCameraOptions {
   int buffers = 4;           // at least 3 are reserved, at most FramePool::kMostBuffers
 };
 
-// Renders into its own buffers, in next, on the caller's thread; nothing comes from the heap after start. Frame n has
-// sequence n, the time n / rate and the clock kRecording. Never drops: next waits for a free buffer. The scene's seed
-// makes the noise.
+// Renders into its own buffers, in next, on the caller's thread; nothing comes from the heap after start.
+// Frame n has sequence n, the time n / rate and the clock kRecording. Never drops: next waits for a free
+// buffer. The scene's seed makes the noise.
 class SimulatorCamera final : public Camera {
  public:
   explicit SimulatorCamera(Scene scene, const SimulatorCameraOptions& options = {});

@@ -31,8 +31,9 @@ using File = std::unique_ptr<std::FILE, Closer>;
 
 bool ends_in(const std::string& name, std::string_view ending) {
   if (name.size() < ending.size()) return false;
-  return std::equal(ending.begin(), ending.end(), name.end() - static_cast<std::ptrdiff_t>(ending.size()),
-                    [](char a, char b) { return a == static_cast<char>(std::tolower(static_cast<unsigned char>(b))); });
+  return std::equal(
+      ending.begin(), ending.end(), name.end() - static_cast<std::ptrdiff_t>(ending.size()),
+      [](char a, char b) { return a == static_cast<char>(std::tolower(static_cast<unsigned char>(b))); });
 }
 
 // A file read through a small buffer of its own: stdio takes one from the heap for every file.
@@ -86,7 +87,8 @@ struct PgmHeader {
   int width = 0, height = 0, maximum = 0;
 };
 
-// One number of a PGM header and the single blank after it; comments run from '#' to the line's end. -1: none.
+// One number of a PGM header and the single blank after it; comments run from '#' to the line's end. -1:
+// none.
 int header_number(FileReader& file) {
   int c = file.get();
   while (c == '#' || (c >= 0 && std::isspace(c) != 0)) {
@@ -131,7 +133,8 @@ bool pgm_pixels(FileReader& file, const PgmHeader& header, const GrayBuffer& to)
   return true;
 }
 
-// A JPEG decoder fills what is missing with grey and calls it done; the end marker tells a whole file from a cut one.
+// A JPEG decoder fills what is missing with grey and calls it done; the end marker tells a whole file from a
+// cut one.
 bool cut_jpeg(const std::string& file) {
   if (!ends_in(file, ".jpg") && !ends_in(file, ".jpeg")) return false;
   const File stream(std::fopen(file.c_str(), "rb"));
@@ -150,7 +153,8 @@ bool cut_jpeg(const std::string& file) {
 cv::Mat decode(const std::string& file) noexcept {
   try {
     if (cut_jpeg(file)) return {};
-    cv::Mat image = cv::imread(file, cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION);
+    cv::Mat image =
+        cv::imread(file, cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION);
     if (image.type() == CV_16UC1) {
       cv::Mat shifted(image.rows, image.cols, CV_8UC1);
       for (int v = 0; v < image.rows; ++v)
@@ -171,13 +175,15 @@ void copy_rows(const cv::Mat& from, const GrayBuffer& to) {
 }
 
 Problem unreadable(const fs::path& file, const std::string& found) {
-  return {Exit::kInput, "is not a readable image", file.string(),
-          "a whole grey image (PNG, PGM, BMP, TIFF or JPEG) of 8 or 16 bits", found, ""};
+  return {Exit::kInput,  "is not a readable image",
+          file.string(), "a whole grey image (PNG, PGM, BMP, TIFF or JPEG) of 8 or 16 bits",
+          found,         ""};
 }
 
 Problem unwritable(const fs::path& file, const std::string& found) {
-  return {Exit::kInput, "cannot be written", file.string(), "a writable folder with room", found,
-          "check the folder, its permissions and the disk"};
+  return {Exit::kInput,  "cannot be written",
+          file.string(), "a writable folder with room",
+          found,         "check the folder, its permissions and the disk"};
 }
 
 Outcome<void> write_pgm(const fs::path& file, const GrayView& image) {
@@ -185,7 +191,8 @@ Outcome<void> write_pgm(const fs::path& file, const GrayView& image) {
   if (!stream) return unwritable(file, std::strerror(errno));
   bool good = std::fprintf(stream.get(), "P5\n%d %d\n255\n", image.width, image.height) > 0;
   const auto width = static_cast<std::size_t>(image.width);
-  for (int v = 0; good && v < image.height; ++v) good = std::fwrite(image.row(v), 1, width, stream.get()) == width;
+  for (int v = 0; good && v < image.height; ++v)
+    good = std::fwrite(image.row(v), 1, width, stream.get()) == width;
   if (std::fclose(stream.release()) != 0 || !good) return unwritable(file, std::strerror(errno));
   return {};
 }
@@ -235,7 +242,8 @@ bool read_gray_image_into(const std::string& file, const GrayBuffer& buffer) noe
     FileReader reader(file.c_str());
     PgmHeader header;
     if (pgm_header(reader, header))
-      return header.width == buffer.width && header.height == buffer.height && pgm_pixels(reader, header, buffer);
+      return header.width == buffer.width && header.height == buffer.height &&
+             pgm_pixels(reader, header, buffer);
   }
   const cv::Mat decoded = decode(file);
   if (decoded.empty() || decoded.cols != buffer.width || decoded.rows != buffer.height) return false;

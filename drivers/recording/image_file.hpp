@@ -23,8 +23,8 @@ struct GrayImage {
 // True for the endings that read_gray_image reads: .png .pgm .bmp .tif .tiff .jpg .jpeg, in either case.
 [[nodiscard]] bool is_image_name(const std::filesystem::path& file);
 
-// kInput for a missing, unreadable, cut or empty image. 16-bit values lose their low bits: v >> 8, in a PGM with a
-// maximum below 65535 as many bits as leave 8.
+// kInput for a missing, unreadable, cut or empty image. 16-bit values lose their low bits: v >> 8, in a PGM
+// with a maximum below 65535 as many bits as leave 8.
 [[nodiscard]] Outcome<GrayImage> read_gray_image(const std::filesystem::path& file);
 
 // A writable image of the caller's.
@@ -35,8 +35,8 @@ struct GrayBuffer {
   int stride_bytes = 0;
 };
 
-// For frame loops: fills the buffer from an image of exactly its size. 8-bit PGM goes from the file straight into the
-// buffer, without the heap. false: unreadable, cut, or of another size.
+// For frame loops: fills the buffer from an image of exactly its size. 8-bit PGM goes from the file straight
+// into the buffer, without the heap. false: unreadable, cut, or of another size.
 [[nodiscard]] bool read_gray_image_into(const std::string& file, const GrayBuffer& buffer) noexcept;
 
 // By the ending: .png (level 0 fastest to 9 smallest) or .pgm (8 bits, binary). Replaces the file.

@@ -24,7 +24,8 @@ bool is_digit(char c) { return c >= '0' && c <= '9'; }
 // A name that stays inside the folder.
 bool is_inner_path(std::string_view name) {
   const fs::path path{name};
-  return !name.empty() && path.is_relative() && std::find(path.begin(), path.end(), fs::path("..")) == path.end();
+  return !name.empty() && path.is_relative() &&
+         std::find(path.begin(), path.end(), fs::path("..")) == path.end();
 }
 
 std::optional<RecordedFrame> parse_row(std::string_view line) {
@@ -45,7 +46,10 @@ Outcome<void> read_listing(const fs::path& file, Recording& recording) {
   if (!text) return text.error();
   const std::vector<TextLine> lines = split_lines(*text);
   if (lines.empty() || trimmed(lines[0].text) != kHeader)
-    return Problem{Exit::kInput, "has another header", file.string() + ":1", std::string(kHeader),
+    return Problem{Exit::kInput,
+                   "has another header",
+                   file.string() + ":1",
+                   std::string(kHeader),
                    lines.empty() ? "an empty file" : "'" + std::string(lines[0].text.substr(0, 80)) + "'",
                    "write that header, or delete the file and give a rate"};
   for (std::size_t i = 1; i < lines.size(); ++i) {
@@ -58,18 +62,30 @@ Outcome<void> read_listing(const fs::path& file, Recording& recording) {
         recording.cut = true;
         break;
       }
-      return Problem{Exit::kInput, "is not a frame", where,
-                     std::string(kHeader) + "; file inside the folder, whole numbers, strobe 0, 1 (lit) or 2 (dark)",
-                     "'" + std::string(line.text.substr(0, 120)) + "'", ""};
+      return Problem{
+          Exit::kInput,
+          "is not a frame",
+          where,
+          std::string(kHeader) + "; file inside the folder, whole numbers, strobe 0, 1 (lit) or 2 (dark)",
+          "'" + std::string(line.text.substr(0, 120)) + "'",
+          ""};
     }
     if (!recording.frames.empty()) {
       const RecordedFrame& before = recording.frames.back();
       if (frame->sequence <= before.sequence)
-        return Problem{Exit::kInput, "'sequence' does not grow", where,
-                       "more than " + std::to_string(before.sequence), std::to_string(frame->sequence), ""};
+        return Problem{Exit::kInput,
+                       "'sequence' does not grow",
+                       where,
+                       "more than " + std::to_string(before.sequence),
+                       std::to_string(frame->sequence),
+                       ""};
       if (frame->time_ns < before.time_ns)
-        return Problem{Exit::kInput, "'time_ns' falls", where, "at least " + std::to_string(before.time_ns),
-                       std::to_string(frame->time_ns), ""};
+        return Problem{Exit::kInput,
+                       "'time_ns' falls",
+                       where,
+                       "at least " + std::to_string(before.time_ns),
+                       std::to_string(frame->time_ns),
+                       ""};
     }
     recording.frames.push_back(*frame);
   }
@@ -86,17 +102,23 @@ Outcome<void> list_images(double rate_hz, Recording& recording) {
     std::error_code ignored;
     if (is_image_name(name) && name != kReferenceName && !it->is_directory(ignored)) names.push_back(name);
   }
-  if (error) return Problem{Exit::kInput, "cannot be listed", where, "a readable folder", error.message(), ""};
+  if (error)
+    return Problem{Exit::kInput, "cannot be listed", where, "a readable folder", error.message(), ""};
   if (names.empty())
-    return Problem{Exit::kInput, "holds neither frames.csv nor images", where, "a recording", "",
-                   "name the folder that holds the images"};
+    return Problem{Exit::kInput, "holds neither frames.csv nor images",  where, "a recording",
+                   "",           "name the folder that holds the images"};
   if (!(rate_hz > 0) || !std::isfinite(rate_hz))
-    return Problem{Exit::kUsage, "has no frames.csv, so the frame rate must be given", where, "a rate in Hz above 0",
-                   number_text(rate_hz), "give the camera's frame rate"};
+    return Problem{Exit::kUsage,
+                   "has no frames.csv, so the frame rate must be given",
+                   where,
+                   "a rate in Hz above 0",
+                   number_text(rate_hz),
+                   "give the camera's frame rate"};
   std::sort(names.begin(), names.end(), natural_less);
   for (std::size_t i = 0; i < names.size(); ++i) {
     const double time_ns = std::round(static_cast<double>(i) * 1e9 / rate_hz);
-    if (time_ns > 9e18) return Problem{Exit::kUsage, "the rate is too low", where, "", number_text(rate_hz), ""};
+    if (time_ns > 9e18)
+      return Problem{Exit::kUsage, "the rate is too low", where, "", number_text(rate_hz), ""};
     recording.frames.push_back({names[i], i, static_cast<std::int64_t>(time_ns), 0, StrobePhase::kUnstrobed});
   }
   return {};
@@ -130,8 +152,12 @@ bool natural_less(std::string_view a, std::string_view b) {
 Outcome<Recording> read_recording(const fs::path& folder, double rate_hz) {
   std::error_code error;
   if (!fs::is_directory(folder, error))
-    return Problem{Exit::kInput, fs::exists(folder, error) ? "is not a folder" : "no such folder", folder.string(),
-                   "a folder with a recording", "", "check the path"};
+    return Problem{Exit::kInput,
+                   fs::exists(folder, error) ? "is not a folder" : "no such folder",
+                   folder.string(),
+                   "a folder with a recording",
+                   "",
+                   "check the path"};
   Recording recording;
   recording.folder = folder;
   const fs::path listing = folder / kFramesName;
@@ -147,7 +173,11 @@ Outcome<RecordingWriter> RecordingWriter::create(const fs::path& folder, ImageFo
   std::error_code error;
   const fs::path listing = folder / kFramesName;
   if (fs::exists(listing, error) && !overwrite)
-    return Problem{Exit::kUsage, "a recording is there already", listing.string(), "a new folder", "",
+    return Problem{Exit::kUsage,
+                   "a recording is there already",
+                   listing.string(),
+                   "a new folder",
+                   "",
                    "name another folder, or add --force to replace it"};
   fs::create_directories(folder, error);
   if (error)
@@ -158,7 +188,8 @@ Outcome<RecordingWriter> RecordingWriter::create(const fs::path& folder, ImageFo
   writer.listing_.reset(std::fopen(listing.c_str(), "wb"));
   if (!writer.listing_ || std::fprintf(writer.listing_.get(), "%s\n", kHeader.data()) < 0 ||
       std::fflush(writer.listing_.get()) != 0)
-    return Problem{Exit::kInput, "cannot be written", listing.string(), "a writable folder with room",
+    return Problem{Exit::kInput,         "cannot be written",
+                   listing.string(),     "a writable folder with room",
                    std::strerror(errno), "check the folder, its permissions and the disk"};
   return writer;
 }
@@ -167,11 +198,11 @@ Outcome<void> RecordingWriter::add(const GrayView& image, const RecordedFrame& f
   char name[32];
   std::snprintf(name, sizeof name, "frame_%06d.%s", frames_, format_ == ImageFormat::kPng ? "png" : "pgm");
   if (Outcome<void> written = write_gray_image(folder_ / name, image, kPngLevel); !written) return written;
-  if (std::fprintf(listing_.get(), "%s,%" PRIu64 ",%" PRId64 ",%" PRIu32 ",%d\n", name, frame.sequence, frame.time_ns,
-                   frame.exposure_us, static_cast<int>(frame.strobe)) < 0 ||
+  if (std::fprintf(listing_.get(), "%s,%" PRIu64 ",%" PRId64 ",%" PRIu32 ",%d\n", name, frame.sequence,
+                   frame.time_ns, frame.exposure_us, static_cast<int>(frame.strobe)) < 0 ||
       std::fflush(listing_.get()) != 0)
-    return Problem{Exit::kInput, "cannot be written", (folder_ / kFramesName).string(), "a folder with room",
-                   std::strerror(errno), "check the disk"};
+    return Problem{Exit::kInput,         "cannot be written",  (folder_ / kFramesName).string(),
+                   "a folder with room", std::strerror(errno), "check the disk"};
   ++frames_;
   return {};
 }

@@ -1,6 +1,6 @@
-// A recording: a folder with images and frames.csv (file,sequence,time_ns,exposure_us,strobe), and beside them
-// calibration.yml, pose.yml, points.txt, truth.csv, reference.png where they are known.
-// Without frames.csv the images are taken in natural order (frame_2 before frame_10) at a rate that the caller gives.
+// A recording: a folder with images and frames.csv (file,sequence,time_ns,exposure_us,strobe), and beside
+// them calibration.yml, pose.yml, points.txt, truth.csv, reference.png where they are known. Without
+// frames.csv the images are taken in natural order (frame_2 before frame_10) at a rate that the caller gives.
 #pragma once
 
 #include <cstdint>
@@ -27,10 +27,10 @@ inline constexpr std::string_view kReferenceName = "reference.png";
 
 // A row of frames.csv.
 struct RecordedFrame {
-  std::string file{};            // in the folder, or in one below it
-  std::uint64_t sequence = 0;    // grows from row to row
-  std::int64_t time_ns = 0;      // middle of the light; never falls
-  std::uint32_t exposure_us = 0;  // 0: unknown
+  std::string file{};                            // in the folder, or in one below it
+  std::uint64_t sequence = 0;                    // grows from row to row
+  std::int64_t time_ns = 0;                      // middle of the light; never falls
+  std::uint32_t exposure_us = 0;                 // 0: unknown
   StrobePhase strobe = StrobePhase::kUnstrobed;  // 0, 1 lit, 2 dark
 };
 
@@ -41,8 +41,8 @@ struct Recording {
   bool cut = false;     // its last line was not whole and was left out: the recorder was interrupted
 };
 
-// rate_hz counts only without frames.csv (there it must be > 0). kInput: no folder, no frame, a wrong row (with its
-// line). Whether the images can be read shows when they are read.
+// rate_hz counts only without frames.csv (there it must be > 0). kInput: no folder, no frame, a wrong row
+// (with its line). Whether the images can be read shows when they are read.
 [[nodiscard]] Outcome<Recording> read_recording(const std::filesystem::path& folder, double rate_hz = 0);
 
 // True when a comes before b: runs of digits compare as numbers, all else byte by byte.
@@ -54,10 +54,10 @@ enum class ImageFormat : std::uint8_t { kPng, kPgm };
 // One thread. add reuses nothing of the frame after it returns.
 class RecordingWriter {
  public:
-  // Makes the folder. kUsage when it holds a recording already and overwrite is false. With overwrite, frames.csv
-  // starts anew; images of the old recording that the new one does not replace stay, unlisted.
-  [[nodiscard]] static Outcome<RecordingWriter> create(const std::filesystem::path& folder, ImageFormat format,
-                                                       bool overwrite);
+  // Makes the folder. kUsage when it holds a recording already and overwrite is false. With overwrite,
+  // frames.csv starts anew; images of the old recording that the new one does not replace stay, unlisted.
+  [[nodiscard]] static Outcome<RecordingWriter> create(const std::filesystem::path& folder,
+                                                       ImageFormat format, bool overwrite);
   // frame.file is ignored: the writer names images frame_000000.png, frame_000001.png, ..
   [[nodiscard]] Outcome<void> add(const GrayView& image, const RecordedFrame& frame);
   [[nodiscard]] int frames() const { return frames_; }

@@ -21,8 +21,8 @@ constexpr int kDeepest = 16;  // of brackets: OpenCV's parser recurses on them
 constexpr double kMostPixels = 1e6;
 constexpr double kMostMm = 1e6;
 
-Problem wrong(const fs::path& file, const std::string& key, const std::string& expected, const std::string& found,
-              const std::string& advice = {}) {
+Problem wrong(const fs::path& file, const std::string& key, const std::string& expected,
+              const std::string& found, const std::string& advice = {}) {
   return {Exit::kInput, "key '" + key + "'", file.string(), expected, found, advice};
 }
 
@@ -81,13 +81,14 @@ Outcome<std::vector<double>> matrix(const cv::FileNode& root, const fs::path& fi
   if (n_rows < 1 || n_columns < 1 || n_rows > 64 || n_columns > 64 ||
       static_cast<std::size_t>(n_rows * n_columns) != count)
     return wrong(file, key, expected,
-                 std::to_string(n_rows) + " x " + std::to_string(n_columns) + " with " + std::to_string(count) +
-                     " numbers");
+                 std::to_string(n_rows) + " x " + std::to_string(n_columns) + " with " +
+                     std::to_string(count) + " numbers");
   std::vector<double> numbers;
   for (const cv::FileNode& element : list) {
     const double x = element.isInt() || element.isReal() ? element.real() : std::nan("");
     if (!std::isfinite(x))
-      return wrong(file, key, expected, "entry " + std::to_string(numbers.size()) + " is not a finite number");
+      return wrong(file, key, expected,
+                   "entry " + std::to_string(numbers.size()) + " is not a finite number");
     numbers.push_back(x);
   }
   if (shape != nullptr) *shape = {n_rows, n_columns};
@@ -100,7 +101,8 @@ Outcome<int> image_side(const cv::FileNode& root, const fs::path& file, const st
   const std::string expected = "a whole number of px from 1 to 1000000";
   if (!node.isInt()) return wrong(file, key, expected, "something else");
   const int side = static_cast<int>(node);
-  if (side < 1 || side > static_cast<int>(kMostPixels)) return wrong(file, key, expected, std::to_string(side));
+  if (side < 1 || side > static_cast<int>(kMostPixels))
+    return wrong(file, key, expected, std::to_string(side));
   return side;
 }
 
@@ -114,7 +116,8 @@ Outcome<Calibration> calibration_of(const cv::FileNode& root, const fs::path& fi
     return wrong(file, kKey, expected, std::to_string(shape.rows) + " x " + std::to_string(shape.columns));
   const std::vector<double>& m = *k;
   const bool pinhole = m[1] == 0 && m[3] == 0 && m[6] == 0 && m[7] == 0 && m[8] == 1;
-  if (!pinhole || !(m[0] > 0) || !(m[4] > 0) || std::max({m[0], m[4], std::abs(m[2]), std::abs(m[5])}) > kMostPixels)
+  if (!pinhole || !(m[0] > 0) || !(m[4] > 0) ||
+      std::max({m[0], m[4], std::abs(m[2]), std::abs(m[5])}) > kMostPixels)
     return wrong(file, kKey, expected, list_text(m));
 
   Calibration calibration;
@@ -131,7 +134,8 @@ Outcome<Calibration> calibration_of(const cv::FileNode& root, const fs::path& fi
     return wrong(file, kDistortionKey, "4, 5, 8, 12 or 14 numbers", "no such key",
                  "give four zeros for a lens without distortion");
   }
-  const Outcome<int> width = image_side(root, file, "image_width"), height = image_side(root, file, "image_height");
+  const Outcome<int> width = image_side(root, file, "image_width"),
+                     height = image_side(root, file, "image_height");
   if (!width) return width.error();
   if (!height) return height.error();
   calibration.image_width = *width;
@@ -149,7 +153,8 @@ Outcome<dsp::Pose<double>> pose_of(const cv::FileNode& root, const fs::path& fil
   const Outcome<std::vector<double>> r = matrix(root, file, kRotationKey, expected, &shape);
   if (!r) return r.error();
   if (shape.rows != 3 || shape.columns != 3)
-    return wrong(file, kRotationKey, expected, std::to_string(shape.rows) + " x " + std::to_string(shape.columns));
+    return wrong(file, kRotationKey, expected,
+                 std::to_string(shape.rows) + " x " + std::to_string(shape.columns));
   const dsp::Mat3<double> given = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(r->data());
   const double off = (given * given.transpose() - dsp::Mat3<double>::Identity()).cwiseAbs().maxCoeff();
   const double determinant = given.determinant();
@@ -160,9 +165,11 @@ Outcome<dsp::Pose<double>> pose_of(const cv::FileNode& root, const fs::path& fil
   const Outcome<std::vector<double>> t = matrix(root, file, kTranslationKey, lengths, &shape);
   if (!t) return t.error();
   if (t->size() != 3 || (shape.rows != 1 && shape.columns != 1))
-    return wrong(file, kTranslationKey, lengths, std::to_string(shape.rows) + " x " + std::to_string(shape.columns));
+    return wrong(file, kTranslationKey, lengths,
+                 std::to_string(shape.rows) + " x " + std::to_string(shape.columns));
   for (const double x : *t)
-    if (std::abs(x) > kMostMm) return wrong(file, kTranslationKey, lengths + ", each within 1 km", list_text(*t));
+    if (std::abs(x) > kMostMm)
+      return wrong(file, kTranslationKey, lengths + ", each within 1 km", list_text(*t));
   dsp::Pose<double> pose;
   pose.translation = Eigen::Map<const dsp::Vec3<double>>(t->data());
   // A matrix that is a rotation to the last bits keeps them: writing and reading gives the same numbers.
@@ -179,7 +186,8 @@ Outcome<dsp::Pose<double>> pose_of(const cv::FileNode& root, const fs::path& fil
 template <class Write>
 Outcome<void> store(const fs::path& file, Write write) {
   try {
-    cv::FileStorage storage("", cv::FileStorage::WRITE | cv::FileStorage::MEMORY | cv::FileStorage::FORMAT_YAML);
+    cv::FileStorage storage("",
+                            cv::FileStorage::WRITE | cv::FileStorage::MEMORY | cv::FileStorage::FORMAT_YAML);
     write(storage);
     return write_text_file(file, storage.releaseAndGetString());
   } catch (const std::exception& exception) {
@@ -242,16 +250,25 @@ Outcome<Points> read_points(const fs::path& file) {
       if (good) xyz[i] = *x + 0.0;  // -0 and 0 are one place
     }
     if (!good)
-      return Problem{Exit::kInput, "is not a point", where, expected + ", each within 1 km",
-                     "'" + std::string(content.substr(0, 60)) + "'", ""};
+      return Problem{Exit::kInput,
+                     "is not a point",
+                     where,
+                     expected + ", each within 1 km",
+                     "'" + std::string(content.substr(0, 60)) + "'",
+                     ""};
     const auto [earlier, is_new] = seen.emplace(xyz, line.number);
     if (!is_new)
-      return Problem{Exit::kInput, "repeats a point", where, "every point once",
-                     "the same numbers in line " + std::to_string(earlier->second), "delete one of the lines"};
+      return Problem{Exit::kInput,
+                     "repeats a point",
+                     where,
+                     "every point once",
+                     "the same numbers in line " + std::to_string(earlier->second),
+                     "delete one of the lines"};
     points.emplace_back(xyz[0], xyz[1], xyz[2]);
   }
   if (points.empty())
-    return Problem{Exit::kInput, "holds no points", file.string(), expected, text->empty() ? "an empty file" : "", ""};
+    return Problem{
+        Exit::kInput, "holds no points", file.string(), expected, text->empty() ? "an empty file" : "", ""};
   return points;
 }
 

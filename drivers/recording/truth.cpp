@@ -12,9 +12,14 @@ Outcome<Truth> read_truth(const std::filesystem::path& file) {
   const Outcome<std::string> text = read_text_file(file, "a truth file: " + expected, std::size_t{1} << 28);
   if (!text) return text.error();
   const std::vector<TextLine> lines = split_lines(*text);
-  const auto problem = [&](int line, const std::string& what, const std::string& wanted, std::string_view found) {
-    return Problem{Exit::kInput, what, file.string() + ":" + std::to_string(line), wanted,
-                   "'" + std::string(found.substr(0, 80)) + "'", ""};
+  const auto problem = [&](int line, const std::string& what, const std::string& wanted,
+                           std::string_view found) {
+    return Problem{Exit::kInput,
+                   what,
+                   file.string() + ":" + std::to_string(line),
+                   wanted,
+                   "'" + std::string(found.substr(0, 80)) + "'",
+                   ""};
   };
   if (lines.empty()) return problem(1, "has no header", expected, "");
   const std::vector<std::string_view> header = split_commas(lines[0].text);

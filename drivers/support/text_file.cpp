@@ -24,17 +24,22 @@ Outcome<std::string> read_text_file(const std::filesystem::path& file, const std
   errno = 0;
   std::ifstream stream(file, std::ios::binary);
   if (!stream)
-    return Problem{Exit::kInput, "cannot be opened", file.string(), expected, std::strerror(errno),
-                   "check the permissions"};
+    return Problem{Exit::kInput, "cannot be opened",   file.string(),
+                   expected,     std::strerror(errno), "check the permissions"};
   std::string text;
   std::array<char, 1 << 14> chunk;
   while (stream.read(chunk.data(), chunk.size()) || stream.gcount() > 0) {
     text.append(chunk.data(), static_cast<std::size_t>(stream.gcount()));
     if (text.size() > most_bytes)
-      return Problem{Exit::kInput, "is too large", file.string(),
-                     expected + " of at most " + std::to_string(most_bytes) + " bytes", "", "check the path"};
+      return Problem{Exit::kInput,
+                     "is too large",
+                     file.string(),
+                     expected + " of at most " + std::to_string(most_bytes) + " bytes",
+                     "",
+                     "check the path"};
   }
-  if (stream.bad()) return Problem{Exit::kInput, "cannot be read", file.string(), expected, std::strerror(errno), ""};
+  if (stream.bad())
+    return Problem{Exit::kInput, "cannot be read", file.string(), expected, std::strerror(errno), ""};
   return text;
 }
 
@@ -44,8 +49,12 @@ Outcome<void> write_text_file(const std::filesystem::path& file, std::string_vie
   stream.write(text.data(), static_cast<std::streamsize>(text.size()));
   stream.close();
   if (!stream)
-    return Problem{Exit::kInput, "cannot be written", file.string(), "a writable folder with room",
-                   errno != 0 ? std::strerror(errno) : "", "check the folder, its permissions and the disk"};
+    return Problem{Exit::kInput,
+                   "cannot be written",
+                   file.string(),
+                   "a writable folder with room",
+                   errno != 0 ? std::strerror(errno) : "",
+                   "check the folder, its permissions and the disk"};
   return {};
 }
 

@@ -19,9 +19,10 @@ struct SimulationOptions {
   std::function<void(int done, int all)> progress;
 };
 
-// Writes images, frames.csv, calibration.yml, pose.yml, points.txt, truth.csv, truth_pixels.csv (u, v of every point, a
-// row a frame), scene.toml (scene_text as given) and, when the scene asks for it, reference.png with
-// reference_truth_pixels.csv. kUsage when one of them is there and force is not given; nothing is written then.
+// Writes images, frames.csv, calibration.yml, pose.yml, points.txt, truth.csv, truth_pixels.csv (u, v of
+// every point, a row a frame), scene.toml (scene_text as given) and, when the scene asks for it,
+// reference.png with reference_truth_pixels.csv. kUsage when one of them is there and force is not given;
+// nothing is written then.
 [[nodiscard]] Outcome<void> write_simulation(const Scene& scene, std::string_view scene_text,
                                              const SimulationOptions& options);
 

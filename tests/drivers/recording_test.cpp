@@ -118,7 +118,8 @@ TEST(Recording, WrongListingsAreRefusedWithTheirLine) {
 
 TEST(Recording, ImagesWithoutListingComeInNaturalOrderAtTheGivenRate) {
   const ScratchFolder folder;
-  for (const char* name : {"frame_10.png", "frame_2.png", "frame_1.PNG", "frame_02.png", "notes.txt", "reference.png"})
+  for (const char* name :
+       {"frame_10.png", "frame_2.png", "frame_1.PNG", "frame_02.png", "notes.txt", "reference.png"})
     folder.write(name, "x");
   std::filesystem::create_directory(folder.path() / "frame_3.png");
   const auto read = read_recording(folder.path(), 30);
@@ -137,8 +138,23 @@ TEST(Recording, ImagesWithoutListingComeInNaturalOrderAtTheGivenRate) {
 }
 
 TEST(Recording, NaturalOrderIsAStrictOrder) {
-  std::vector<std::string> names{"a", "a1", "a01", "a1b", "a10", "a2", "", "1", "01", "001x", "1x", "b", "A",
-                                 "f_99999999999999999999999", "f_100000000000000000000000", "a1.5", "a1.10"};
+  std::vector<std::string> names{"a",
+                                 "a1",
+                                 "a01",
+                                 "a1b",
+                                 "a10",
+                                 "a2",
+                                 "",
+                                 "1",
+                                 "01",
+                                 "001x",
+                                 "1x",
+                                 "b",
+                                 "A",
+                                 "f_99999999999999999999999",
+                                 "f_100000000000000000000000",
+                                 "a1.5",
+                                 "a1.10"};
   for (const auto& a : names) {
     EXPECT_FALSE(natural_less(a, a));
     for (const auto& b : names) {
@@ -178,7 +194,8 @@ TEST(ImageFile, CutImagesAreRefused) {
 TEST(ImageFile, SixteenBitsAreShiftedToEight) {
   const ScratchFolder folder;
   cv::Mat wide(5, 7, CV_16UC1);
-  for (int i = 0; i < 35; ++i) wide.at<std::uint16_t>(i / 7, i % 7) = static_cast<std::uint16_t>(i * 1800 + 255);
+  for (int i = 0; i < 35; ++i)
+    wide.at<std::uint16_t>(i / 7, i % 7) = static_cast<std::uint16_t>(i * 1800 + 255);
   ASSERT_TRUE(cv::imwrite((folder.path() / "a.png").string(), wide));
   ASSERT_TRUE(cv::imwrite((folder.path() / "a.pgm").string(), wide));
   for (const char* name : {"a.png", "a.pgm"}) {
@@ -196,7 +213,8 @@ TEST(ImageFile, SixteenBitsAreShiftedToEight) {
 
 TEST(ImageFile, ColourBecomesGrey) {
   const ScratchFolder folder;
-  ASSERT_TRUE(cv::imwrite((folder.path() / "a.png").string(), cv::Mat(3, 4, CV_8UC3, cv::Scalar(70, 70, 70))));
+  ASSERT_TRUE(
+      cv::imwrite((folder.path() / "a.png").string(), cv::Mat(3, 4, CV_8UC3, cv::Scalar(70, 70, 70))));
   const auto image = read_gray_image(folder.path() / "a.png");
   ASSERT_TRUE(image);
   EXPECT_EQ(image->pixels, std::vector<std::uint8_t>(12, 70));
@@ -237,8 +255,9 @@ TEST(Truth, ComesBackAsWritten) {
     EXPECT_EQ(read->rows[i].frame, truth.rows[i].frame);
     EXPECT_EQ(read->rows[i].coefficients, truth.rows[i].coefficients);
   }
-  for (const char* bad : {"", "time,A00\n", "frame,time_ns,D\n", "frame,time_ns,A00,A00\n", "frame,time_ns,A00\n0,0\n",
-                          "frame,time_ns,A00\n0,0,x\n", "frame,time_ns,A00\n0,0,nan\n"})
+  for (const char* bad :
+       {"", "time,A00\n", "frame,time_ns,D\n", "frame,time_ns,A00,A00\n", "frame,time_ns,A00\n0,0\n",
+        "frame,time_ns,A00\n0,0,x\n", "frame,time_ns,A00\n0,0,nan\n"})
     EXPECT_FALSE(read_truth(folder.write("bad.csv", bad))) << bad;
 }
 

@@ -6,8 +6,8 @@
 #include <stdexcept>
 #include <tuple>
 
-#include "tests/fakes/allocation_gauge.hpp"
 #include "tests/drivers/brute_force_patch.hpp"
+#include "tests/fakes/allocation_gauge.hpp"
 
 namespace srd {
 namespace {
@@ -41,9 +41,11 @@ Accuracy against_brute_force(const Scene& scene, std::uint64_t frame, int every_
   Accuracy out;
   double sum = 0;
   for (std::size_t i = 0; i < truth.size(); i += static_cast<std::size_t>(every_nth)) {
-    const int u0 = static_cast<int>(std::lround(truth[i].x())), v0 = static_cast<int>(std::lround(truth[i].y()));
+    const int u0 = static_cast<int>(std::lround(truth[i].x())),
+              v0 = static_cast<int>(std::lround(truth[i].y()));
     if (u0 < 20 || v0 < 20 || u0 >= scene.width() - 20 || v0 >= scene.height() - 20) continue;
-    const BruteForcePatch::Patch reference = brute.around(u0, v0), patch = rendered_patch(scene, levels, u0, v0);
+    const BruteForcePatch::Patch reference = brute.around(u0, v0),
+                                 patch = rendered_patch(scene, levels, u0, v0);
     const Eigen::Vector2d shift = patch_shift(reference, patch);
     sum += shift.squaredNorm() / 2;
     out.worst_px = std::max(out.worst_px, shift.cwiseAbs().maxCoeff());
@@ -66,14 +68,15 @@ std::string with_modes(const std::string& before, int parameters, double amplitu
   for (const dsp::Mode& mode : modes) {
     text += std::string("[[surface.mode]]\nname = \"") + mode.name().data() + "\"\n";
     text += j == 0 ? "mean_mm = 80.0\n" : "";
-    text += "amplitude_mm = " + std::to_string(amplitude) + "\nfrequency_hz = 1.0\nphase_deg = " +
-            std::to_string(67 * j) + ".0\n";
+    text += "amplitude_mm = " + std::to_string(amplitude) +
+            "\nfrequency_hz = 1.0\nphase_deg = " + std::to_string(67 * j) + ".0\n";
     ++j;
   }
   return text;
 }
 
-const std::string kFromAbove = "[pose]\ncentre_mm = [100.0, 200.0, 950.0]\ntarget_mm = [100.0, 200.0, 0.0]\nroll_deg = 0.3\n";
+const std::string kFromAbove =
+    "[pose]\ncentre_mm = [100.0, 200.0, 950.0]\ntarget_mm = [100.0, 200.0, 0.0]\nroll_deg = 0.3\n";
 
 Scene scene_of(const std::string& toml) {
   auto scene = parse_scene(toml, "scene");
@@ -83,8 +86,8 @@ Scene scene_of(const std::string& toml) {
 
 class RendererAccuracy : public testing::TestWithParam<Case> {};
 
-// Bar: 0.003 px rms. Measured: 0.0003 px, which is the scatter of the jittered rays themselves, and 0.0009 px at the
-// least blur, where the pixel's square shape shows.
+// Bar: 0.003 px rms. Measured: 0.0003 px, which is the scatter of the jittered rays themselves, and 0.0009 px
+// at the least blur, where the pixel's square shape shows.
 TEST_P(RendererAccuracy, CornersLieWhereBruteForcePutsThem) {
   const auto scene = parse_scene(GetParam().toml, GetParam().name);
   ASSERT_TRUE(scene) << scene.error().text();
@@ -101,14 +104,15 @@ INSTANTIATE_TEST_SUITE_P(
     SlowScenes, RendererAccuracy,
     testing::Values(Case{"flume", ""},  //
                     Case{"from_above", kFromAbove + "[image]\nblur_px = 0.5\n"},
-                    Case{"turned", "[pose]\ncentre_mm = [-300.0, 500.0, 700.0]\ntarget_mm = [113.0, 208.0, 0.0]\n"
-                                   "roll_deg = 25.0\n[image]\nblur_px = 0.9\n"},
+                    Case{"turned",
+                         "[pose]\ncentre_mm = [-300.0, 500.0, 700.0]\ntarget_mm = [113.0, 208.0, 0.0]\n"
+                         "roll_deg = 25.0\n[image]\nblur_px = 0.9\n"},
                     Case{"waves_12", with_modes("[image]\nblur_px = 1.2\n", 12, 3.0)},
                     Case{"soft", with_modes("[image]\nblur_px = 2.0\n", 8, 3.0)}),
     [](const auto& parameter) { return std::string(parameter.param.name); });
 
-// The rendered corner against the same blur of two straight lines that cross exactly at the truth pixel: what is left
-// is the rendering's error and the bend of the lines within the blur.
+// The rendered corner against the same blur of two straight lines that cross exactly at the truth pixel: what
+// is left is the rendering's error and the bend of the lines within the blur.
 TEST(Renderer, CornersLieAtTheTruthPixels) {
   const Scene& scene = default_scene();
   auto renderer = Renderer::make(scene);
@@ -130,7 +134,10 @@ TEST(Renderer, CornersLieAtTheTruthPixels) {
     jacobian.col(1) = (seen(q.x(), q.y() + kStep) - seen(q.x(), q.y() - kStep)) / (2 * kStep);
     BruteForcePatch brute(
         scene,
-        [&](double u, double v) -> dsp::Vec2<double> { return at + jacobian * (dsp::Vec2<double>(u, v) - q); }, 3);
+        [&](double u, double v) -> dsp::Vec2<double> {
+          return at + jacobian * (dsp::Vec2<double>(u, v) - q);
+        },
+        3);
     const int u0 = static_cast<int>(std::lround(q.x())), v0 = static_cast<int>(std::lround(q.y()));
     sum += patch_shift(brute.around(u0, v0), rendered_patch(scene, levels, u0, v0)).squaredNorm() / 2;
   }
@@ -151,8 +158,8 @@ TEST(Renderer, InterpolationOfRaysIsProvenFine) {
 struct Picture {
   GrayImage image;
   explicit Picture(const Scene& scene)
-      : image{std::vector<std::uint8_t>(static_cast<std::size_t>(scene.width() * scene.height())), scene.width(),
-              scene.height()} {}
+      : image{std::vector<std::uint8_t>(static_cast<std::size_t>(scene.width() * scene.height())),
+              scene.width(), scene.height()} {}
   GrayBuffer buffer() { return {image.pixels.data(), image.width, image.height, image.width}; }
 };
 
@@ -193,7 +200,8 @@ TEST(Renderer, TakesNothingFromTheHeap) {
 }
 
 TEST(Renderer, NoiseHasTheStatedDeviationAndNoPattern) {
-  Scene scene = scene_of("[pattern]\nmargin = 0.5\n[image]\nnoise = 4.0\n[light]\ndark = 100.0\nbright = 101.0\n");
+  Scene scene =
+      scene_of("[pattern]\nmargin = 0.5\n[image]\nnoise = 4.0\n[light]\ndark = 100.0\nbright = 101.0\n");
   auto renderer = Renderer::make(scene);
   ASSERT_TRUE(renderer);
   Picture picture(scene), later(scene);
@@ -214,21 +222,25 @@ TEST(Renderer, NoiseHasTheStatedDeviationAndNoPattern) {
   const double n = kRows * (scene.width() - 1);
   EXPECT_NEAR(sum / n, 0, 4 * 4 / std::sqrt(n));
   EXPECT_NEAR(std::sqrt(square / n - 1.0 / 12), 4, 4 * 4 / std::sqrt(2 * n));  // rounding adds 1/12
-  for (const double correlation : {next, below, in_time}) EXPECT_NEAR(correlation / square, 0, 4 / std::sqrt(n));
+  for (const double correlation : {next, below, in_time})
+    EXPECT_NEAR(correlation / square, 0, 4 / std::sqrt(n));
 }
 
 TEST(Renderer, OriginSquareMarginAndLightAreAsTold) {
-  const Scene scene = scene_of("[pattern]\nmargin = 1.0\n[light]\ndark = 40.0\nbright = 140.0\ngradient_percent = 40.0\n"
-                                  "gradient_direction_deg = 0.0\n");
+  const Scene scene = scene_of(
+      "[pattern]\nmargin = 1.0\n[light]\ndark = 40.0\nbright = 140.0\ngradient_percent = 40.0\n"
+      "gradient_direction_deg = 0.0\n");
   auto renderer = Renderer::make(scene);
   ASSERT_TRUE(renderer);
   std::vector<float> levels(static_cast<std::size_t>(scene.width() * scene.height()));
   renderer->render_levels(0, levels);
   const auto at = [&](double u, double v) {
-    return static_cast<double>(levels[static_cast<std::size_t>(std::lround(v) * scene.width() + std::lround(u))]);
+    return static_cast<double>(
+        levels[static_cast<std::size_t>(std::lround(v) * scene.width() + std::lround(u))]);
   };
   const auto pixels = truth_pixels(scene, 0).value();
-  const auto middle = [&](int row, int column) -> dsp::Vec2<double> {  // of the square that begins at a corner
+  const auto middle = [&](int row,
+                          int column) -> dsp::Vec2<double> {  // of the square that begins at a corner
     const auto i = static_cast<std::size_t>(row * 21 + column);
     return (pixels[i] + pixels[i + 1] + pixels[i + 21] + pixels[i + 22]) / 4;
   };
@@ -257,13 +269,15 @@ TEST(Renderer, GlareAddsItsLightAndMoves) {
       for (int x = std::max(0, u - 10); x <= std::min(scene.width() - 1, u + 10); ++x) {
         const auto k = static_cast<std::size_t>(y * scene.width() + x);
         const double r2 = (x - u) * (x - u) + (y - v) * (y - v);
-        EXPECT_NEAR(static_cast<double>(with[k] - without[k]), 80 * std::exp(-r2 / 72), 0.01) << x << " " << y;
+        EXPECT_NEAR(static_cast<double>(with[k] - without[k]), 80 * std::exp(-r2 / 72), 0.01)
+            << x << " " << y;
       }
   }
 }
 
 TEST(Renderer, SaysWhyASceneCannotBeRendered) {
-  const auto below = Renderer::make(scene_of("[pose]\ncentre_mm = [100.0, 200.0, 60.0]\ntarget_mm = [100.0, 190.0, 0.0]\n"));
+  const auto below =
+      Renderer::make(scene_of("[pose]\ncentre_mm = [100.0, 200.0, 60.0]\ntarget_mm = [100.0, 190.0, 0.0]\n"));
   ASSERT_FALSE(below);
   EXPECT_NE(below.error().text().find("cannot be seen"), std::string::npos) << below.error().text();
   const auto blurred = Renderer::make(scene_of("[image]\nblur_px = 8.0\n"));

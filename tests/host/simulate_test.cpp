@@ -41,7 +41,8 @@ Finished run(std::vector<std::string> arguments) {
 }
 
 const std::string kSmall =
-    "name = \"small\"\nframes = 3\n[camera]\nwidth = 640\nheight = 320\nfx = 1000.0\nfy = 1000.0\ncx = 320.0\n"
+    "name = \"small\"\nframes = 3\n[camera]\nwidth = 640\nheight = 320\nfx = 1000.0\nfy = 1000.0\ncx = "
+    "320.0\n"
     "cy = 160.0\n[image]\nnoise = 2.0\n";
 
 TEST(Simulate, WritesARecordingThatReadsBackAsTheScene) {
@@ -113,10 +114,13 @@ TEST(Simulate, SeedChangesTheNoiseAndNothingElse) {
   const ScratchFolder folder;
   const auto scene_file = folder.write("small.toml", kSmall);
   for (const char* seed : {"5", "6"})
-    ASSERT_EQ(run({scene_file.string(), "--out", (folder.path() / seed).string(), "--seed", seed, "--frames", "1", "--pgm"})
-                  .exit_code, 0);
+    ASSERT_EQ(run({scene_file.string(), "--out", (folder.path() / seed).string(), "--seed", seed, "--frames",
+                   "1", "--pgm"})
+                  .exit_code,
+              0);
   EXPECT_EQ(bytes_of(folder.path() / "5/truth.csv"), bytes_of(folder.path() / "6/truth.csv"));
-  const auto a = read_gray_image(folder.path() / "5/frame_000000.pgm"), b = read_gray_image(folder.path() / "6/frame_000000.pgm");
+  const auto a = read_gray_image(folder.path() / "5/frame_000000.pgm"),
+             b = read_gray_image(folder.path() / "6/frame_000000.pgm");
   ASSERT_TRUE(a && b);
   int different = 0, most = 0;
   for (std::size_t i = 0; i < a->pixels.size(); ++i) {

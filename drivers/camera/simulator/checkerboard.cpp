@@ -11,8 +11,8 @@ namespace {
 
 constexpr int kSteps = 128;  // a unit of z; linear interpolation then errs by < 4e-6
 
-// Integral over r = 0..rho of the bivariate normal density at (x, y): by Plackett (1954), what correlation adds to
-// P(X > x, Y > y). r = sin(angle) takes the root out of the denominator; Gauss-Legendre, 5 points.
+// Integral over r = 0..rho of the bivariate normal density at (x, y): by Plackett (1954), what correlation
+// adds to P(X > x, Y > y). r = sin(angle) takes the root out of the denominator; Gauss-Legendre, 5 points.
 double correlation_gain(double x, double y, double rho) {
   constexpr std::array<double, 5> kNode{-0.90617984593866399, -0.53846931010568309, 0, 0.53846931010568309,
                                         0.90617984593866399};
@@ -37,7 +37,8 @@ double correlation_gain(double x, double y, double rho) {
 
 }  // namespace
 
-FilteredCheckerboard::FilteredCheckerboard(int rows, int columns, int border_squares, bool origin_dark, double margin)
+FilteredCheckerboard::FilteredCheckerboard(int rows, int columns, int border_squares, bool origin_dark,
+                                           double margin)
     : last_x_(rows - 1 + border_squares),
       last_y_(columns - 1 + border_squares),
       first_(-border_squares),
@@ -66,7 +67,8 @@ float FilteredCheckerboard::near_edge(int nx, int ny, float zx, float zy, float 
   const Edge a = edge(nx, zx, first_, last_x_), b = edge(ny, zy, first_, last_y_);
   float wave = a.wave * b.wave, inside = a.inside * b.inside;
   if (a.wave_jump != 0 && b.wave_jump != 0) {
-    const auto gain = static_cast<float>(correlation_gain(zx, zy, rho));
+    const auto gain = static_cast<float>(
+        correlation_gain(static_cast<double>(zx), static_cast<double>(zy), static_cast<double>(rho)));
     wave += a.wave_jump * b.wave_jump * gain;
     inside += a.inside_jump * b.inside_jump * gain;
   }

@@ -8,7 +8,8 @@ namespace srd {
 
 namespace {
 
-// libm's last bits differ between machines; what is kept of a node is far above them and far below what an image shows.
+// libm's last bits differ between machines; what is kept of a node is far above them and far below what an
+// image shows.
 double rounded(double x, double unit) { return std::nearbyint(x / unit) * unit; }
 constexpr double kPlaceUnit = 0x1p-22;   // squares
 constexpr double kWeightUnit = 0x1p-10;  // 1/squares
@@ -35,8 +36,9 @@ PatternMap::PatternMap(const dsp::View<double>& view, int width, int height, dou
   whole_.resize(sights_.size());
   for (int phase = 0; phase < step; ++phase) {  // Lagrange's cubic through nodes -1, 0, 1, 2
     const double t = static_cast<double>(phase) / step;
-    cubic_.push_back({static_cast<float>(-t * (t - 1) * (t - 2) / 6), static_cast<float>((t + 1) * (t - 1) * (t - 2) / 2),
-                      static_cast<float>(-(t + 1) * t * (t - 2) / 2), static_cast<float>((t + 1) * t * (t - 1) / 6)});
+    cubic_.push_back(
+        {static_cast<float>(-t * (t - 1) * (t - 2) / 6), static_cast<float>((t + 1) * (t - 1) * (t - 2) / 2),
+         static_cast<float>(-(t + 1) * t * (t - 2) / 2), static_cast<float>((t + 1) * t * (t - 1) / 6)});
   }
   for (auto* line : {&line_.x, &line_.y, &line_.wx, &line_.wy, &line_.rho})
     line->resize(static_cast<std::size_t>(columns_));
@@ -75,7 +77,8 @@ PatternMap::Seen PatternMap::seen(const Sight& sight, double& distance) const {
   out.wx = 1 / (blur_px_ * gx);
   out.wy = 1 / (blur_px_ * gy);
   out.rho = jacobian.row(0).dot(jacobian.row(1)) / (gx * gy);
-  out.valid = std::isfinite(out.x + out.y + out.wx + out.wy + out.rho) && out.wx > kLeastWeight && out.wy > kLeastWeight;
+  out.valid = std::isfinite(out.x + out.y + out.wx + out.wy + out.rho) && out.wx > kLeastWeight &&
+              out.wy > kLeastWeight;
   return out;
 }
 
@@ -105,7 +108,8 @@ void PatternMap::trace(const dsp::SurfaceModel<double>& model, const dsp::Coeffi
     for (int i = 1; i + 2 < columns_; ++i) {
       bool all = true;
       for (int y = -1; y <= 2; ++y)
-        for (int x = -1; x <= 2; ++x) all = all && nodes_[static_cast<std::size_t>((j + y) * columns_ + i + x)].valid;
+        for (int x = -1; x <= 2; ++x)
+          all = all && nodes_[static_cast<std::size_t>((j + y) * columns_ + i + x)].valid;
       whole_[static_cast<std::size_t>(j * columns_ + i)] = all ? 1 : 0;
     }
 }

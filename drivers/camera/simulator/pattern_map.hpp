@@ -1,5 +1,6 @@
-// Which point of the pattern each pixel sees through the water, and how its blur lies there. Rays are traced on a grid
-// of pixels (optics (6)-(8)) and interpolated by cubics; pixels whose grid is incomplete are traced one by one.
+// Which point of the pattern each pixel sees through the water, and how its blur lies there. Rays are traced
+// on a grid of pixels (optics (6)-(8)) and interpolated by cubics; pixels whose grid is incomplete are traced
+// one by one.
 #pragma once
 
 #include <array>
@@ -18,14 +19,16 @@ struct PatternRow {
 class PatternMap {
  public:
   // blur_px: standard deviation of the whole blur, > 0. step: of the grid, px. Reserves all memory.
-  PatternMap(const dsp::View<double>& view, int width, int height, double square_mm, double blur_px, int step);
+  PatternMap(const dsp::View<double>& view, int width, int height, double square_mm, double blur_px,
+             int step);
 
   // Traces the grid through a surface. No heap.
   void trace(const dsp::SurfaceModel<double>& model, const dsp::Coefficients<double>& a,
              const dsp::Media<double>& media);
   // Row v of the surface traced last; vectors of width entries. No heap.
   void row(int v, PatternRow& out);
-  // Largest distance (px) between interpolated and traced rays over the middles of the grid's cells, where it is worst.
+  // Largest distance (px) between interpolated and traced rays over the middles of the grid's cells, where it
+  // is worst.
   [[nodiscard]] double interpolation_error();
 
   [[nodiscard]] int step() const { return step_; }
@@ -33,7 +36,7 @@ class PatternMap {
  private:
   // What the lens makes of a pixel, whatever the water does.
   struct Sight {
-    dsp::Vec3<double> direction;             // in W
+    dsp::Vec3<double> direction;              // in W
     Eigen::Matrix<double, 3, 2> d_direction;  // by pixel
     bool valid = false;
   };

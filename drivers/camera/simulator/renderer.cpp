@@ -11,12 +11,14 @@ namespace srd {
 
 namespace {
 
-constexpr double kPixelAreaVariance = 1.0 / 12;  // px^2, of a square pixel per axis
-constexpr double kMostGridError = 0.0003;        // px
-constexpr double kSpotReach = 5;                 // radii
+constexpr double kPixelAreaVariance = 1.0 / 12;                          // px^2, of a square pixel per axis
+constexpr double kMostGridError = 0.0003;                                // px
+constexpr double kSpotReach = 5;                                         // radii
 constexpr std::uint64_t kReferenceFrame = (std::uint64_t{1} << 47) - 1;  // its noise is no frame's
 
-double whole_blur(const Scene& scene) { return std::sqrt(scene.blur_px * scene.blur_px + kPixelAreaVariance); }
+double whole_blur(const Scene& scene) {
+  return std::sqrt(scene.blur_px * scene.blur_px + kPixelAreaVariance);
+}
 
 std::unique_ptr<PatternMap> make_map(const Scene& scene, int step) {
   return std::make_unique<PatternMap>(scene.view(), scene.width(), scene.height(), scene.pattern.square_mm,
@@ -31,18 +33,20 @@ DryTank dry_tank(const Scene& scene) {
   dry.model.modes = dsp::ModeList::make({&level, 1}).value();
   dry.media.water = dry.media.air;
   double plates = 0;
-  for (int i = 0; i < scene.media.n_layers; ++i) plates += scene.media.layers[static_cast<std::size_t>(i)].thickness;
+  for (int i = 0; i < scene.media.n_layers; ++i)
+    plates += scene.media.layers[static_cast<std::size_t>(i)].thickness;
   dry.coefficients[0] = plates + 1;  // mm; above the plates, so that every ray meets it first
   return dry;
 }
 
 Renderer::Renderer(const Scene& scene)
     : scene_(scene),
-      board_(scene.pattern.rows, scene.pattern.columns, scene.pattern.border_squares, scene.pattern.origin_dark,
-             scene.pattern.margin),
+      board_(scene.pattern.rows, scene.pattern.columns, scene.pattern.border_squares,
+             scene.pattern.origin_dark, scene.pattern.margin),
       noise_(scene.seed, scene.noise) {
   const auto width = static_cast<std::size_t>(scene.width());
-  for (auto* values : {&pattern_row_.x, &pattern_row_.y, &pattern_row_.wx, &pattern_row_.wy, &pattern_row_.rho, &levels_})
+  for (auto* values :
+       {&pattern_row_.x, &pattern_row_.y, &pattern_row_.wx, &pattern_row_.wy, &pattern_row_.rho, &levels_})
     values->resize(width);
   levels_q8_.resize(width);
   for (const GlareSpot& spot : scene.glare) {
@@ -62,7 +66,8 @@ double Renderer::sampled_grid_error() {
   double worst = 0;
   for (int i = 0; i < kSamples; ++i) {
     const double time = period * (i + 0.3) / kSamples;
-    map_->trace(scene_.surface, scene_.coefficients(static_cast<std::uint64_t>(time * scene_.rate_hz)), scene_.media);
+    map_->trace(scene_.surface, scene_.coefficients(static_cast<std::uint64_t>(time * scene_.rate_hz)),
+                scene_.media);
     worst = std::max(worst, map_->interpolation_error());
     if (period == 0) break;
   }
@@ -71,8 +76,9 @@ double Renderer::sampled_grid_error() {
 
 Outcome<Renderer> Renderer::make(const Scene& scene) {
   const auto problem = [&](std::string what, std::string expected, std::string found, std::string advice) {
-    return Problem{Exit::kUsage,         "scene: " + std::move(what), scene.name,
-                   std::move(expected), std::move(found),            std::move(advice)};
+    return Problem{Exit::kUsage,     "scene: " + std::move(what),
+                   scene.name,       std::move(expected),
+                   std::move(found), std::move(advice)};
   };
   const auto pixels = truth_pixels(scene, 0);
   if (!pixels)
@@ -91,7 +97,8 @@ Outcome<Renderer> Renderer::make(const Scene& scene) {
     if (u < 0 || v < 0 || u >= scene.width() || v >= scene.height()) continue;
     renderer.map_->row(static_cast<int>(v), renderer.pattern_row_);
     const auto at = static_cast<std::size_t>(u);
-    const double narrowest = std::min(renderer.pattern_row_.wx[at], renderer.pattern_row_.wy[at]);
+    const double narrowest =
+        static_cast<double>(std::min(renderer.pattern_row_.wx[at], renderer.pattern_row_.wy[at]));
     if (!(narrowest >= FilteredCheckerboard::kLeastWeight))
       return problem("the squares are too small for the blur",
                      "squares of at least 8 times the blur and pixel together, " +
@@ -146,7 +153,9 @@ void Renderer::levels_row(int v, bool glare) {
     const auto at = static_cast<std::size_t>(u);
     const float wx = pattern_row_.wx[at];
     float level = 0;  // no pattern in sight: the inside of the tank
-    if (wx > 0) level = board_.level(pattern_row_.x[at], pattern_row_.y[at], wx, pattern_row_.wy[at], pattern_row_.rho[at]);
+    if (wx > 0)
+      level =
+          board_.level(pattern_row_.x[at], pattern_row_.y[at], wx, pattern_row_.wy[at], pattern_row_.rho[at]);
     const float x = static_cast<float>(u) - static_cast<float>(cu);
     const float gain = even ? constant : constant + x * (linear + x * square);
     levels_[at] = (dark + contrast * level) * std::max(gain, 0.0F);
@@ -188,7 +197,8 @@ void Renderer::render_levels(std::uint64_t frame, std::span<float> levels) {
   place_glare(frame);
   for (int v = 0; v < scene_.height(); ++v) {
     levels_row(v, true);
-    std::copy(levels_.begin(), levels_.end(), levels.begin() + static_cast<std::ptrdiff_t>(v) * scene_.width());
+    std::copy(levels_.begin(), levels_.end(),
+              levels.begin() + static_cast<std::ptrdiff_t>(v) * scene_.width());
   }
 }
 
@@ -196,14 +206,16 @@ void Renderer::render_levels(const dsp::Coefficients<double>& coefficients, std:
   map_->trace(scene_.surface, coefficients, scene_.media);
   for (int v = 0; v < scene_.height(); ++v) {
     levels_row(v, false);
-    std::copy(levels_.begin(), levels_.end(), levels.begin() + static_cast<std::ptrdiff_t>(v) * scene_.width());
+    std::copy(levels_.begin(), levels_.end(),
+              levels.begin() + static_cast<std::ptrdiff_t>(v) * scene_.width());
   }
 }
 
 namespace {
 
 Result<std::vector<dsp::Vec2<double>>> pixels_of(const Scene& scene, const dsp::SurfaceModel<double>& model,
-                                                 const dsp::Coefficients<double>& a, const dsp::Media<double>& media) {
+                                                 const dsp::Coefficients<double>& a,
+                                                 const dsp::Media<double>& media) {
   std::vector<dsp::Vec2<double>> pixels;
   const dsp::View<double> view = scene.view();
   for (const dsp::Vec3<double>& point : scene.points()) {

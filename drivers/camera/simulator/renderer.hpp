@@ -1,5 +1,6 @@
-// Images of a scene: every pixel's ray is traced through the water to the pattern (optics (6)-(8)), and the pattern is
-// averaged over the lens's blur and the pixel's area, so that corners lie where the truth says to some 1e-4 px.
+// Images of a scene: every pixel's ray is traced through the water to the pattern (optics (6)-(8)), and the
+// pattern is averaged over the lens's blur and the pixel's area, so that corners lie where the truth says to
+// some 1e-4 px.
 #pragma once
 
 #include <cstdint>
@@ -22,8 +23,8 @@ class Renderer {
   // kUsage when a corner cannot be seen through the water, or the blur is wider than 1/8 of a square.
   [[nodiscard]] static Outcome<Renderer> make(const Scene& scene);
 
-  // Frame number frame (time frame / rate) into a buffer of the scene's size. The same scene, seed and number give the
-  // same image on every machine.
+  // Frame number frame (time frame / rate) into a buffer of the scene's size. The same scene, seed and number
+  // give the same image on every machine.
   void render(std::uint64_t frame, const GrayBuffer& image);
   // The dry pattern under the plates, evenly lit as the frames are, without glare.
   void render_reference(const GrayBuffer& image);
@@ -33,7 +34,8 @@ class Renderer {
   void render_levels(const dsp::Coefficients<double>& coefficients, std::span<float> levels);
 
   [[nodiscard]] const Scene& scene() const { return scene_; }
-  // Spacing of traced rays, and the largest error (px) of those interpolated between them over the scene's motion.
+  // Spacing of traced rays, and the largest error (px) of those interpolated between them over the scene's
+  // motion.
   [[nodiscard]] int grid_step() const { return map_->step(); }
   [[nodiscard]] double grid_error_px() const { return grid_error_px_; }
 
@@ -62,7 +64,8 @@ class Renderer {
   std::vector<PlacedSpot> spots_;
 };
 
-// What the tank holds in the dry reference image: air over the plates. The surface's place does not matter then.
+// What the tank holds in the dry reference image: air over the plates. The surface's place does not matter
+// then.
 struct DryTank {
   dsp::SurfaceModel<double> model;
   dsp::Coefficients<double> coefficients;
@@ -70,8 +73,8 @@ struct DryTank {
 };
 [[nodiscard]] DryTank dry_tank(const Scene& scene);
 
-// Raw pixels (px) where the camera sees the scene's points in a frame, in the order of Scene::points; kOutOfDomain or
-// kNotConverged when one cannot be seen. For the dry reference: the second form.
+// Raw pixels (px) where the camera sees the scene's points in a frame, in the order of Scene::points;
+// kOutOfDomain or kNotConverged when one cannot be seen. For the dry reference: the second form.
 [[nodiscard]] Result<std::vector<dsp::Vec2<double>>> truth_pixels(const Scene& scene, std::uint64_t frame);
 [[nodiscard]] Result<std::vector<dsp::Vec2<double>>> dry_truth_pixels(const Scene& scene);
 

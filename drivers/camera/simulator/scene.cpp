@@ -14,7 +14,7 @@ namespace srd {
 namespace {
 
 constexpr double kDegree = M_PI / 180;
-constexpr int kMostSide = 16384;    // px
+constexpr int kMostSide = 16384;  // px
 constexpr double kMostMm = 1e5;
 
 template <class T, class U>
@@ -58,8 +58,10 @@ void read_pose(TomlTable table, Scene& scene) {
     if (!table.has("rotation")) table.missing("rotation", "nine numbers beside translation_mm");
     if (!table.has("translation_mm")) table.missing("translation_mm", "three numbers beside rotation");
     if (!rotation || !translation) return;
-    const dsp::Mat3<double> r = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rotation->data());
-    if ((r * r.transpose() - dsp::Mat3<double>::Identity()).cwiseAbs().maxCoeff() > 1e-6 || r.determinant() < 0)
+    const dsp::Mat3<double> r =
+        Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rotation->data());
+    if ((r * r.transpose() - dsp::Mat3<double>::Identity()).cwiseAbs().maxCoeff() > 1e-6 ||
+        r.determinant() < 0)
       table.complain("rotation", "an orthonormal matrix of determinant +1 (to 1e-6)", "another matrix");
     scene.pose = {r, vector(*translation)};
   } else if (table.has("centre_mm") || table.has("target_mm") || table.has("roll_deg")) {
@@ -68,7 +70,8 @@ void read_pose(TomlTable table, Scene& scene) {
     if (!centre || !target) return;
     const auto pose = look_at(vector(*centre), vector(*target), roll.value_or(0) * kDegree);
     if (!pose) {
-      table.complain("target_mm", "a point that the camera does not see along Y", "centre and target on one such line");
+      table.complain("target_mm", "a point that the camera does not see along Y",
+                     "centre and target on one such line");
       return;
     }
     scene.pose = *pose;
@@ -85,7 +88,8 @@ void read_pattern(TomlTable table, BoardPattern& pattern) {
   set(pattern.square_mm, table.number("square_mm", range(1e-3, 1e4, "mm")));
   set(pattern.border_squares, table.integer("border_squares", range(1, 1000)));
   set(pattern.margin, table.number("margin", range(0, 1)));
-  if (const auto word = table.choice("origin_square", {"dark", "bright"})) pattern.origin_dark = *word == "dark";
+  if (const auto word = table.choice("origin_square", {"dark", "bright"}))
+    pattern.origin_dark = *word == "dark";
 }
 
 void read_tank(TomlTable table, Scene& scene) {
@@ -98,7 +102,8 @@ void read_tank(TomlTable table, Scene& scene) {
   for (const char* key : {"water_temperature_c", "salinity_per_mille", "wavelength_nm"}) {
     if (!table.has(key)) continue;
     ++given;
-    if (by_index) table.complain(key, "either refractive_index or temperature, salinity and wavelength", "both");
+    if (by_index)
+      table.complain(key, "either refractive_index or temperature, salinity and wavelength", "both");
   }
   if (given > 0 && given < 3 && !by_index)
     for (const char* key : {"water_temperature_c", "salinity_per_mille", "wavelength_nm"})
@@ -189,9 +194,11 @@ void check_depth(TomlTable table, const Scene& scene) {
                   ? -std::abs(motion.mean_mm) - std::abs(motion.amplitude_mm)
                   : 0;
   }
-  for (int i = 0; i < scene.media.n_layers; ++i) plates += scene.media.layers[static_cast<std::size_t>(i)].thickness;
+  for (int i = 0; i < scene.media.n_layers; ++i)
+    plates += scene.media.layers[static_cast<std::size_t>(i)].thickness;
   if (lowest > plates) return;
-  table.complain("mode", "water above the pattern and its plates (" + number_text(plates) + " mm) at all times",
+  table.complain("mode",
+                 "water above the pattern and its plates (" + number_text(plates) + " mm) at all times",
                  "a level that can fall to " + number_text(lowest) + " mm", "raise mean_mm of A00");
 }
 
@@ -244,7 +251,8 @@ dsp::Coefficients<double> Scene::coefficients(std::uint64_t frame) const {
   return a;
 }
 
-Result<dsp::Pose<double>> look_at(const dsp::Vec3<double>& centre, const dsp::Vec3<double>& target, double roll_rad) {
+Result<dsp::Pose<double>> look_at(const dsp::Vec3<double>& centre, const dsp::Vec3<double>& target,
+                                  double roll_rad) {
   const dsp::Vec3<double> forward = (target - centre).normalized();
   dsp::Vec3<double> right = dsp::Vec3<double>::UnitY() - forward.y() * forward;
   if (!(right.norm() > 1e-6)) return Errc::kSingular;

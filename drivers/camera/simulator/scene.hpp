@@ -14,7 +14,8 @@
 
 namespace srd {
 
-// Inner corners at X = row * square_mm, Y = column * square_mm, Z = 0; squares go on for border_squares beyond them.
+// Inner corners at X = row * square_mm, Y = column * square_mm, Z = 0; squares go on for border_squares
+// beyond them.
 struct BoardPattern {
   int rows = 11;
   int columns = 21;
@@ -34,7 +35,7 @@ struct ModeMotion {
 };
 
 struct Light {
-  double dark = 20;    // grey level of a dark square at the image's centre, 0..255
+  double dark = 20;  // grey level of a dark square at the image's centre, 0..255
   double bright = 220;
   double gradient_percent = 0;        // change of brightness across the image, of that at the centre
   double gradient_direction_rad = 0;  // 0: brighter to the right, pi/2: brighter downwards
@@ -43,7 +44,7 @@ struct Light {
 
 // Light that the surface mirrors into the camera: peak exp(-r^2 / (2 radius^2)) grey levels on top.
 struct GlareSpot {
-  double u_px = 0, v_px = 0;              // at time 0; a spot that leaves the image comes in on the other side
+  double u_px = 0, v_px = 0;  // at time 0; a spot that leaves the image comes in on the other side
   double speed_u_px_s = 0, speed_v_px_s = 0;
   double radius_px = 10;
   double peak = 255;
@@ -63,9 +64,10 @@ struct Scene {
   dsp::SurfaceModel<double> surface;
   std::vector<ModeMotion> motions;  // one a mode, in the order of surface.modes
   Light light;
-  // Sigma of the lens; the pixel's area comes on top. At least 0.5: a square pixel then counts as a Gaussian one.
+  // Sigma of the lens; the pixel's area comes on top. At least 0.5: a square pixel then counts as a Gaussian
+  // one.
   double blur_px = 0.7;
-  double noise = 1.5;    // sigma, grey levels
+  double noise = 1.5;  // sigma, grey levels
   std::vector<GlareSpot> glare;
 
   [[nodiscard]] int width() const { return calibration.image_width; }
@@ -77,10 +79,11 @@ struct Scene {
   [[nodiscard]] dsp::Coefficients<double> coefficients(std::uint64_t frame) const;
 };
 
-// Camera at centre (mm), looking at target; at roll 0 the image's u runs with Y as far as the direction allows, and a
-// positive roll turns the camera clockwise as seen from behind. kSingular when it looks along Y.
-[[nodiscard]] Result<dsp::Pose<double>> look_at(const dsp::Vec3<double>& centre, const dsp::Vec3<double>& target,
-                                                double roll_rad);
+// Camera at centre (mm), looking at target; at roll 0 the image's u runs with Y as far as the direction
+// allows, and a positive roll turns the camera clockwise as seen from behind. kSingular when it looks along
+// Y.
+[[nodiscard]] Result<dsp::Pose<double>> look_at(const dsp::Vec3<double>& centre,
+                                                const dsp::Vec3<double>& target, double roll_rad);
 
 // kUsage with file and line for everything that is wrong in the file.
 [[nodiscard]] Outcome<Scene> read_scene(const std::filesystem::path& file);
