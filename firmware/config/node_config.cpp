@@ -128,7 +128,7 @@ void read_surface(TomlTable surface, NodeConfig& config) {
   const std::size_t n = static_cast<std::size_t>(config.modes.size());
   const NumberRange height{-kLargest, kLargest, "mm"};
   if (auto guess = surface.numbers("guess_mm", 0, height)) {
-    if (guess->empty() || guess->size() > n)
+    if (n > 0 && (guess->empty() || guess->size() > n))  // wrong modes were complained of
       surface.complain("guess_mm", "1 to " + std::to_string(n) + " numbers, one a mode",
                        std::to_string(guess->size()));
     else

@@ -32,6 +32,8 @@ def faults(before, after, done, code, parts):
     if done.returncode != code:
         found.append(f"exit code {done.returncode} in place of {code}")
     found += [f"stderr does not say {part!r}" for part in parts if part not in done.stderr]
+    if "1 to 0" in done.stderr:
+        found.append("a wrong line is told of two times, once with an impossible range")
     if "terminate called" in done.stderr or "Sanitizer" in done.stderr:
         found.append("the program broke down")
     if done.stdout:
