@@ -89,6 +89,15 @@ void sin_cos(S a, S& sine, S& cosine) {
   cosine = std::cos(a);
 }
 
+// The same numbers in double: two registers for float, one for double.
+[[gnu::always_inline]] inline void widen(Lanes<float> a, Lanes<double>* out) {
+  for (int i = 0; i < 2; ++i) {
+    out[0].set(i, static_cast<double>(a[i]));
+    out[1].set(i, static_cast<double>(a[2 + i]));
+  }
+}
+[[gnu::always_inline]] inline void widen(Lanes<double> a, Lanes<double>* out) { *out = a; }
+
 // The number type of one lane.
 template <class T>
 struct LaneOf {

@@ -32,14 +32,14 @@ class CornerProblem {
   [[nodiscard]] bool evaluate(const Coefficients<double>& coefficients, NormalEquations& out) {
     const Coefficients<T> a = in_lanes(coefficients);
     out.reset(static_cast<int>(a.size()));
-    NormalSums<T> sums(out);
+    NormalSums<T> sums(out.n);
     for (PreparedCorner<T>& group : groups_) {
       CornerResidual<T> term;
       if (!residual(a, group, &basis_, term, nullptr)) return false;
       sums.add(term, basis_, group.weight);
       add_errors(term.e, group.weight, out);
     }
-    sums.flush();
+    sums.total(out);
     const double mean_noise2 = noise2_ / static_cast<double>(n_corners_);
     out.cost_noise = 3 * (std::sqrt(out.cost * mean_noise2) + noise2_) +
                      16 * static_cast<double>(std::numeric_limits<S>::epsilon()) * out.cost;
@@ -84,7 +84,7 @@ class CornerProblem {
     }
     const Coefficients<T> a = in_lanes(coefficients);
     out.middle.reset(sums.n);
-    NormalSums<T> middle(out.middle);
+    NormalSums<T> middle(sums.n);
     NormalEquations pixels;
     for (PreparedCorner<T>& group : groups_) {
       CornerResidual<T> term;
@@ -93,7 +93,7 @@ class CornerProblem {
       add_errors(q_e * term.e, group.weight, pixels);
       middle.add(pushed(term, e_q), basis_, group.weight);
     }
-    middle.flush();
+    middle.total(out.middle);
     out.squares = pixels.squares;
     out.weighted_squares = pixels.cost;
     return true;

@@ -41,60 +41,61 @@ struct NormalEquations {
   }
 };
 
-// Collects J'WJ and J'We lane by lane, and moves them on into double every kLongest corners of a lane: in float the
-// rounding of 32 products stays below 1e-6 of the matrix, a tenth of what the rank is judged by.
+// Collects J'WJ and J'We over the lanes. In double whatever T is: pivots of nearly dependent modes are differences of
+// these sums, and float would leave none of their digits.
 template <class T>
 class NormalSums {
  public:
-  // The sums go to out.
-  explicit NormalSums(NormalEquations& out) : out_(out), n_(out.n) { clear(); }
-
-  // Adds the two rows of a corner, de/da_j = by_height phi_j + by_slope grad phi_j.
-  void add(const CornerResidual<T>& residual, const Basis<T>& basis, T weight) {
-    if (added_ == kLongest) flush();
-    ++added_;
-    std::array<T, kMaxModes> row0, row1;
-    const Vec2<T> h = residual.by_height * weight, e = residual.e * weight;
-    const Mat2<T> g = residual.by_slope * weight;
-    for (int i = 0; i < n_; ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      row0[k] = h.x() * basis.value[i] + g(0, 0) * basis.dx[i] + g(0, 1) * basis.dy[i];
-      row1[k] = h.y() * basis.value[i] + g(1, 0) * basis.dx[i] + g(1, 1) * basis.dy[i];
-    }
-    for (int i = 0; i < n_; ++i) {
-      const T r0 = row0[static_cast<std::size_t>(i)], r1 = row1[static_cast<std::size_t>(i)];
-      T* line = &jtj_[at(i, 0)];
-      for (int j = 0; j <= i; ++j)
-        line[j] += r0 * row0[static_cast<std::size_t>(j)] + r1 * row1[static_cast<std::size_t>(j)];
-      jte_[static_cast<std::size_t>(i)] += r0 * e.x() + r1 * e.y();
-    }
-  }
-
-  // After the last corner.
-  void flush() {
-    for (int i = 0; i < n_; ++i) {
-      out_.jte[i] += jte_[static_cast<std::size_t>(i)].sum();
-      for (int j = 0; j <= i; ++j) out_.jtj(j, i) += jtj_[at(i, j)].sum();
-    }
-    clear();
-  }
-
- private:
-  static constexpr int kLongest = 16;
-
-  [[nodiscard]] static constexpr std::size_t at(int i, int j) { return static_cast<std::size_t>(i * (i + 1) / 2 + j); }
-  void clear() {
-    added_ = 0;
+  explicit NormalSums(int parameters) : n_(parameters) {
     for (int i = 0; i < n_; ++i) {
       jte_[static_cast<std::size_t>(i)] = 0;
       for (int j = 0; j <= i; ++j) jtj_[at(i, j)] = 0;
     }
   }
 
-  NormalEquations& out_;
-  int n_ = 0, added_ = 0;
-  std::array<T, kMaxModes*(kMaxModes + 1) / 2> jtj_;  // line by line of the lower triangle
-  std::array<T, kMaxModes> jte_;
+  // Adds the two rows of a corner, de/da_j = by_height phi_j + by_slope grad phi_j.
+  void add(const CornerResidual<T>& residual, const Basis<T>& basis, T weight) {
+    std::array<Rows, kMaxModes> rows;
+    const Vec2<T> h = residual.by_height * weight, e = residual.e * weight;
+    const Mat2<T> g = residual.by_slope * weight;
+    for (int i = 0; i < n_; ++i) {
+      Rows& row = rows[static_cast<std::size_t>(i)];
+      widen(h.x() * basis.value[i] + g(0, 0) * basis.dx[i] + g(0, 1) * basis.dy[i], &row[0]);
+      widen(h.y() * basis.value[i] + g(1, 0) * basis.dx[i] + g(1, 1) * basis.dy[i], &row[kParts]);
+    }
+    Rows errors;
+    widen(e.x(), &errors[0]);
+    widen(e.y(), &errors[kParts]);
+    for (int i = 0; i < n_; ++i) {
+      const Rows row = rows[static_cast<std::size_t>(i)];
+      Lanes<double>* line = &jtj_[at(i, 0)];
+      for (int j = 0; j <= i; ++j) line[j] += product(row, rows[static_cast<std::size_t>(j)]);
+      jte_[static_cast<std::size_t>(i)] += product(row, errors);
+    }
+  }
+
+  // The sums over all lanes.
+  void total(NormalEquations& out) const {
+    for (int i = 0; i < n_; ++i) {
+      out.jte[i] = jte_[static_cast<std::size_t>(i)].sum();
+      for (int j = 0; j <= i; ++j) out.jtj(j, i) = jtj_[at(i, j)].sum();
+    }
+  }
+
+ private:
+  static constexpr std::size_t kParts = sizeof(double) / sizeof(typename LaneOf<T>::Type);
+  using Rows = std::array<Lanes<double>, 2 * kParts>;
+
+  [[nodiscard]] static constexpr std::size_t at(int i, int j) { return static_cast<std::size_t>(i * (i + 1) / 2 + j); }
+  [[nodiscard, gnu::always_inline]] static Lanes<double> product(const Rows& a, const Rows& b) {
+    Lanes<double> sum = a[0] * b[0];
+    for (std::size_t k = 1; k < a.size(); ++k) sum += a[k] * b[k];
+    return sum;
+  }
+
+  int n_ = 0;
+  std::array<Lanes<double>, kMaxModes*(kMaxModes + 1) / 2> jtj_;  // line by line of the lower triangle
+  std::array<Lanes<double>, kMaxModes> jte_;
 };
 
 }  // namespace srd::dsp

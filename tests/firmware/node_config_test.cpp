@@ -35,7 +35,7 @@ TEST(NodeConfig, SaysWhatIsWrongWhere) {
       {"[surface]\nparameters = 7\nguess_mm = [80]\n", {"1, 3, 5, 8 or 12", "found 7"}},
       {"[surface]\nmodes = [\"A00\", \"Q7\"]\nguess_mm = [80]\n", {"\"Q7\""}},
       {"[surface]\nmodes = [\"A00\", \"A00\"]\nguess_mm = [80]\n", {"different modes"}},
-      {"[surface]\nguess_mm = [80]\nlx_mm = 0\n", {"surface.lx_mm", "at least", "found 0"}},
+      {"[surface]\nguess_mm = [80]\nlx_mm = 0\n", {"surface.lx_mm", "from 0.001", "found 0"}},
       {"[surface]\nparameters = 1\nguess_mm = [80]\nlower_mm = [90]\nupper_mm = [70]\n", {"lower_mm", "above"}},
       {"[surface]\nguess_mm = [80]\nlower_mm = [1, 2]\n", {"lower_mm", "a list of 5"}},
       {"[surface]\nguess_mm = [80]\n[water]\nrefractive_index = 3\n", {"n.toml:4", "water.refractive_index"}},
