@@ -18,10 +18,12 @@ struct Document {
 
 std::string shown(const toml::node& node) {
   // toml++ casts a NaN to a whole number on its way to text, which is undefined.
-  if (node.is_floating_point() && !std::isfinite(*node.value<double>())) return "a number that is not finite";
+  if (node.is_floating_point() && !std::isfinite(*node.value<double>()))
+    return std::isnan(*node.value<double>()) ? "nan" : "inf";
   if (node.is_array())
     for (const toml::node& element : *node.as_array())
-      if (element.is_floating_point() && !std::isfinite(*element.value<double>())) return "a number that is not finite";
+      if (element.is_floating_point() && !std::isfinite(*element.value<double>()))
+        return "a list with " + shown(element);
   std::ostringstream out;
   node.visit([&](const auto& value) { out << value; });
   return out.str();
