@@ -1,5 +1,6 @@
 #include "dsp/frontend/chess_response.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 
@@ -29,20 +30,15 @@ inline std::int16_t response(const std::uint8_t* p, const std::array<std::ptrdif
   return static_cast<std::int16_t>(total);
 }
 
-std::array<std::ptrdiff_t, 16> sample_distances(int radius, std::ptrdiff_t stride) {
-  std::array<std::ptrdiff_t, 16> at{};
-  const auto& offsets = ring(radius);
-  for (std::size_t n = 0; n < 16; ++n) at[n] = offsets[n].y * stride + offsets[n].x;
-  return at;
-}
-
 }  // namespace
 
 std::int16_t response_at(const GrayView& image, int u, int v, const ResponseOptions& options) {
   std::int16_t out = 0;
-  response_row(image, v, u, u + 1, options, &out);
+  scalar::response_row(image, v, u, u + 1, options, &out);
   return out;
 }
+
+namespace scalar {
 
 void response_row(const GrayView& image, int v, int u0, int u1, const ResponseOptions& options, std::int16_t* out) {
   const auto at = sample_distances(options.radius, image.stride_bytes);
@@ -54,4 +50,47 @@ void response_row(const GrayView& image, int v, int u0, int u1, const ResponseOp
   }
 }
 
+int row_maxima(const std::int16_t* above, const std::int16_t* here, const std::int16_t* below, int n,
+               std::int16_t threshold, std::int32_t* at) {
+  int count = 0;
+  for (int i = 1; i + 1 < n; ++i) {
+    const std::int16_t r = here[i];
+    if (r > threshold && r > above[i - 1] && r > above[i] && r > above[i + 1] && r > here[i - 1] && r >= here[i + 1] &&
+        r >= below[i - 1] && r >= below[i] && r >= below[i + 1])
+      at[count++] = i;
+  }
+  return count;
+}
+
+void response_window(const GrayView& image, int u0, int v0, int side, const ResponseOptions& options,
+                     ResponseWindow& window) {
+  window.u0 = u0;
+  window.v0 = v0;
+  window.side = side;
+  for (int i = 0; i < side; ++i) {
+    std::int16_t* row = window.at.data() + i * ResponseWindow::kStride;
+    scalar::response_row(image, v0 + i, u0, u0 + side, options, row);
+    std::fill(row + side, row + ResponseWindow::kStride, std::int16_t{-32768});
+  }
+}
+
+WindowPeak window_peak(const ResponseWindow& window, std::int16_t threshold) {
+  constexpr int kPlateau = 4;  // the first maximum's own
+  WindowPeak peak;
+  for (int i = 0; i < window.side; ++i)
+    for (int j = 0; j < window.side; ++j)
+      if (window.row(i)[j] > peak.response) peak = {i, j, window.row(i)[j], false};
+  if (peak.response <= threshold) return peak;
+  for (int i = 1; i + 1 < window.side; ++i)
+    for (int j = 1; j + 1 < window.side; ++j) {
+      const std::int16_t* at = window.row(i) + j;
+      if (at[0] <= threshold || 2 * at[0] < peak.response) continue;
+      if (std::max(std::abs(i - peak.row), std::abs(j - peak.column)) <= kPlateau) continue;
+      if (at[0] >= at[-1] && at[0] >= at[1] && at[0] >= at[-ResponseWindow::kStride] && at[0] >= at[ResponseWindow::kStride])
+        peak.another = true;
+    }
+  return peak;
+}
+
+}  // namespace scalar
 }  // namespace srd::dsp

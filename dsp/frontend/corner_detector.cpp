@@ -12,7 +12,8 @@ CornerDetector::CornerDetector(int max_width, int max_height, int max_corners)
     : max_width_(max_width),
       max_height_(max_height),
       max_corners_(static_cast<std::size_t>(max_corners)),
-      rows_(3 * static_cast<std::size_t>(max_width)),
+      rows_(3 * (kBand + 2)),
+      places_(kBand / 2 + 2),
       bucket_heads_(static_cast<std::size_t>(max_width / kMinCell + 1) *
                     static_cast<std::size_t>(max_height / kMinCell + 1)) {
   maxima_.reserve(16 * max_corners_);
@@ -42,7 +43,8 @@ std::span<const CornerFit> CornerDetector::detect(const GrayView& image, const D
   return corners_;
 }
 
-// Local maxima of 3x3 pixels above the threshold, reading the image once, three rows of responses at a time.
+// Local maxima of 3x3 pixels above the threshold. Bands of columns, so that the rows that one circle spans and three rows
+// of responses stay in the first cache; down each band the image is read once.
 void CornerDetector::find_maxima(const GrayView& image, const DetectorOptions& options) {
   const int margin = options.response.radius + 1;  // the neighbours need responses too
   Region region = options.region;
@@ -50,25 +52,27 @@ void CornerDetector::find_maxima(const GrayView& image, const DetectorOptions& o
   const int u0 = std::max(region.u0, margin), u1 = std::min(region.u1, image.width - margin);
   const int v0 = std::max(region.v0, margin), v1 = std::min(region.v1, image.height - margin);
   if (u0 >= u1 || v0 >= v1) return;
-  const std::size_t width = static_cast<std::size_t>(u1 - u0 + 2);
+  for (int u = u0; u < u1; u += kBand) find_maxima_in_band(image, options, {u, v0, std::min(u + kBand, u1), v1});
+}
+
+void CornerDetector::find_maxima_in_band(const GrayView& image, const DetectorOptions& options, const Region& band) {
+  const int from = band.u0 - 1, to = band.u1 + 1, n = to - from;
   std::int16_t* above = rows_.data();
-  std::int16_t* here = above + width;
-  std::int16_t* below = here + width;
-  response_row(image, v0 - 1, u0 - 1, u1 + 1, options.response, above);
-  response_row(image, v0, u0 - 1, u1 + 1, options.response, here);
-  for (int v = v0; v < v1; ++v) {
-    response_row(image, v + 1, u0 - 1, u1 + 1, options.response, below);
-    for (std::size_t i = 1; i + 1 < width; ++i) {
-      const std::int16_t r = here[i];
-      // Of equal neighbours the first in reading order wins.
-      if (r <= options.threshold || r <= above[i - 1] || r <= above[i] || r <= above[i + 1] || r <= here[i - 1] ||
-          r < here[i + 1] || r < below[i - 1] || r < below[i] || r < below[i + 1])
-        continue;
+  std::int16_t* here = above + kBand + 2;
+  std::int16_t* below = here + kBand + 2;
+  const auto threshold = static_cast<std::int16_t>(std::clamp(options.threshold, -32768, 32767));
+  response_row(image, band.v0 - 1, from, to, options.response, above);
+  response_row(image, band.v0, from, to, options.response, here);
+  for (int v = band.v0; v < band.v1; ++v) {
+    response_row(image, v + 1, from, to, options.response, below);
+    const int count = row_maxima(above, here, below, n, threshold, places_.data());
+    for (int k = 0; k < count; ++k) {
       if (maxima_.size() == maxima_.capacity()) {
-        ++overflow_;
-        continue;
+        overflow_ += count - k;
+        break;
       }
-      maxima_.push_back({r, u0 - 1 + static_cast<int>(i), v});
+      const int place = places_[static_cast<std::size_t>(k)];
+      maxima_.push_back({here[place], from + place, v});
     }
     std::int16_t* const recycled = above;
     above = here;

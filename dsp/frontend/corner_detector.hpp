@@ -33,12 +33,15 @@ class CornerDetector {
     std::int16_t response;
     int u, v;
   };
+  static constexpr int kBand = 1024;  // px
   void find_maxima(const GrayView& image, const DetectorOptions& options);
+  void find_maxima_in_band(const GrayView& image, const DetectorOptions& options, const Region& band);
   void keep_distant(int min_distance);
 
   int max_width_, max_height_;
   std::size_t max_corners_;
-  std::vector<std::int16_t> rows_;  // three rows of responses
+  std::vector<std::int16_t> rows_;     // three rows of responses, a band wide
+  std::vector<std::int32_t> places_;   // maxima of one row
   std::vector<Maximum> maxima_;
   std::vector<int> bucket_heads_, bucket_next_;
   std::vector<CornerFit> corners_;

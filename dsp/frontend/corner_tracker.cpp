@@ -1,19 +1,29 @@
 #include "dsp/frontend/corner_tracker.hpp"
 
 #include <algorithm>
-#include <array>
 
 namespace srd::dsp {
 
 namespace {
 
-constexpr int kMaxRadius = 15;
-constexpr int kSide = 2 * kMaxRadius + 1;
+constexpr int kMaxRadius = ResponseWindow::kMostSide / 2;
 
-struct Peak {
-  int u = 0, v = 0;
-  std::int16_t response = -32768;
-};
+// The top of a parabola through three responses, Q12 px from the middle one, which is the largest.
+std::int32_t parabola_q12(int before, int top, int after) {
+  const int bend = 2 * top - before - after;
+  return bend > 0 ? ((after - before) << 11) / bend : 0;
+}
+
+// A start for the fit, a few tenths of a pixel from the corner.
+void place_at(const ResponseWindow& window, const WindowPeak& peak, CornerShape& shape) {
+  shape.u = Pixel::from_int(window.u0 + peak.column);
+  shape.v = Pixel::from_int(window.v0 + peak.row);
+  const int last = window.side - 1;
+  if (peak.row == 0 || peak.column == 0 || peak.row == last || peak.column == last) return;
+  const std::int16_t* at = window.row(peak.row) + peak.column;
+  shape.u = shape.u + Pixel::from_raw(parabola_q12(at[-1], at[0], at[1]));
+  shape.v = shape.v + Pixel::from_raw(parabola_q12(at[-ResponseWindow::kStride], at[0], at[ResponseWindow::kStride]));
+}
 
 }  // namespace
 
@@ -26,34 +36,18 @@ Tracked track_corner(const GrayView& image, const Region& region, const CornerSh
   if (!region.empty() && (cu < region.u0 || cv < region.v0 || cu >= region.u1 || cv >= region.v1))
     return Tracked::kOutside;
 
-  const int side = 2 * r + 1;
-  std::array<std::int16_t, kSide * kSide> responses;
-  Peak best;
-  for (int row = 0; row < side; ++row) {
-    std::int16_t* out = responses.data() + row * side;
-    response_row(image, cv - r + row, cu - r, cu + r + 1, options.response, out);
-    for (int column = 0; column < side; ++column)
-      if (out[column] > best.response) best = {cu - r + column, cv - r + row, out[column]};
-  }
-  if (best.response <= options.threshold) return Tracked::kNone;
-  // A second local maximum at least half as strong, further off than the first one's own plateau, makes it a guess.
-  constexpr int kPlateau = 4;
-  for (int row = 1; row + 1 < side; ++row)
-    for (int column = 1; column + 1 < side; ++column) {
-      const std::int16_t* at = responses.data() + row * side + column;
-      if (at[0] <= options.threshold || 2 * at[0] < best.response) continue;
-      if (std::max(std::abs(cu - r + column - best.u), std::abs(cv - r + row - best.v)) <= kPlateau) continue;
-      if (at[0] >= at[-1] && at[0] >= at[1] && at[0] >= at[-side] && at[0] >= at[side]) return Tracked::kAmbiguous;
-    }
-
+  ResponseWindow window;
+  response_window(image, cu - r, cv - r, 2 * r + 1, options.response, window);
+  const WindowPeak peak = window_peak(window, static_cast<std::int16_t>(options.threshold));
+  if (peak.response <= options.threshold) return Tracked::kNone;
+  if (peak.another) return Tracked::kAmbiguous;
   CornerShape start = expected;
-  start.u = Pixel::from_int(best.u);
-  start.v = Pixel::from_int(best.v);
+  place_at(window, peak, start);
   if (!fit_corner(image, start, options.fit, fit)) return Tracked::kRejected;
   const std::int64_t du = fit.corner.u.raw() - expected.u.raw(), dv = fit.corner.v.raw() - expected.v.raw();
   const std::int64_t limit = static_cast<std::int64_t>(r) << Pixel::kFractionBits;
   if (du * du + dv * dv > limit * limit) return Tracked::kRejected;
-  fit.corner.response = best.response;
+  fit.corner.response = peak.response;
   return Tracked::kFound;
 }
 

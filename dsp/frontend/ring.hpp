@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 namespace srd::dsp {
@@ -17,5 +18,13 @@ inline constexpr std::array<Offset, 16> kRing10{{{0, -10}, {4, -10}, {7, -7}, {1
                                                  {0, 10}, {-4, 10}, {-7, 7}, {-10, 4}, {-10, 0}, {-10, -4}, {-7, -7}, {-4, -10}}};
 
 [[nodiscard]] constexpr const std::array<Offset, 16>& ring(int radius) { return radius == 10 ? kRing10 : kRing5; }
+
+// The samples' distances from the centre in an image of this stride, bytes.
+[[nodiscard]] constexpr std::array<std::ptrdiff_t, 16> sample_distances(int radius, std::ptrdiff_t stride) {
+  std::array<std::ptrdiff_t, 16> at{};
+  const auto& offsets = ring(radius);
+  for (std::size_t n = 0; n < 16; ++n) at[n] = offsets[n].y * stride + offsets[n].x;
+  return at;
+}
 
 }  // namespace srd::dsp

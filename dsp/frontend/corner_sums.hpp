@@ -1,0 +1,46 @@
+// Sums of the corner fit over the window's pixels: the products of its columns and the residual. 16-bit arithmetic.
+//
+// Model at a pixel, s_i = distance from edge i in blurs: I = m + c [E(s1) E(s2) + rho D(s1) D(s2)].
+// Columns: 1; the bracket; s1 D1 E2 + s2 E1 D2 (blur); along_i times the move column (turn of edge i); D1 E2, E1 D2
+// (move along the normals, times -c/blur).
+//
+// Ranges, w <= 8 (|offset| <= 11.4 px): every column stays below 3320 and the residual at 4080, so that 128 products sum
+// to less than 2^31; larger windows are summed in parts.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "dsp/frontend/corner_window.hpp"
+
+namespace srd::dsp {
+
+// Where the model stands, in the units of the kernel.
+struct CornerModel {
+  // s_i = across[i].x du + across[i].y dv + across[i].at, Q10; the position along edge i likewise, Q10 px.
+  struct Line {
+    std::int16_t x = 0, y = 0, at = 0;
+  };
+  std::array<Line, 2> across, along;
+  std::int16_t rho_q15 = 0;       // n1.n2
+  std::int16_t mean_q6 = 0;       // grey levels
+  std::int16_t contrast_q8 = 0;   // grey levels, half difference of bright and dark
+};
+
+struct CornerSums {
+  enum Column { kMean, kContrast, kBlur, kTurn1, kTurn2, kMove1, kMove2, kResidual, kColumns };
+  // Fraction bits of each column; the residual's are of a grey level.
+  static constexpr std::array<int, kColumns> kQ{11, 11, 10, 8, 8, 11, 11, 5};
+  // Upper triangle of the products: at [i][j], j >= i.
+  std::array<std::array<std::int64_t, kColumns>, kColumns> product{};
+};
+
+// pixels: the window's, in its order, with room for CornerWindow::kRoom.
+void corner_sums(const CornerWindow& window, const std::uint8_t* pixels, const CornerModel& model, CornerSums& sums);
+
+// The definition; the other equals it bit for bit.
+namespace scalar {
+void corner_sums(const CornerWindow& window, const std::uint8_t* pixels, const CornerModel& model, CornerSums& sums);
+}
+
+}  // namespace srd::dsp

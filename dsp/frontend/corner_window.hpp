@@ -1,0 +1,22 @@
+// The pixels that the corner fit reads: a square window, row by row, as a list that vectors take without gaps.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace srd::dsp {
+
+inline constexpr int kLeastHalfWindow = 3, kMostHalfWindow = 8;
+
+// Offsets from the window's centre, px. What follows the last pixel up to a multiple of 64 has weight 0.
+struct CornerWindow {
+  static constexpr int kRoom = 320;
+  alignas(64) std::array<std::int16_t, kRoom> du{}, dv{};
+  alignas(64) std::array<std::int16_t, kRoom> one{};  // 1 in Q11; 0 after the last pixel
+  int size = 0;
+};
+
+// half_window: kLeastHalfWindow .. kMostHalfWindow.
+[[nodiscard]] const CornerWindow& corner_window(int half_window);
+
+}  // namespace srd::dsp
