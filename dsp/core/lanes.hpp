@@ -91,10 +91,13 @@ void sin_cos(S a, S& sine, S& cosine) {
 
 // The same numbers in double: two registers for float, one for double.
 [[gnu::always_inline]] inline void widen(Lanes<float> a, Lanes<double>* out) {
+  Lanes<double> low(0.0), high(0.0);  // GCC for arm64 takes filling lane by lane for a read of what was there
   for (int i = 0; i < 2; ++i) {
-    out[0].set(i, static_cast<double>(a[i]));
-    out[1].set(i, static_cast<double>(a[2 + i]));
+    low.set(i, static_cast<double>(a[i]));
+    high.set(i, static_cast<double>(a[2 + i]));
   }
+  out[0] = low;
+  out[1] = high;
 }
 [[gnu::always_inline]] inline void widen(Lanes<double> a, Lanes<double>* out) { *out = a; }
 
