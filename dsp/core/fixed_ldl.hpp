@@ -4,6 +4,8 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <type_traits>
+#include <utility>
 
 #include "dsp/core/integer_math.hpp"
 
@@ -27,26 +29,21 @@ class FixedLdl {
       // A negative shift only for sums of more than 2^32.
       shift_[i] = (32 - static_cast<int>(std::bit_width(static_cast<std::uint64_t>(product[i][i])))) >> 1;
     }
-    for (std::size_t i = 0; i <= N; ++i)
-      for (std::size_t j = 0; j <= i; ++j) {
+    each<N + 1>([&](auto i) __attribute__((always_inline)) {
+      each<i + 1>([&](auto j) __attribute__((always_inline)) {
         const int shift = shift_[i] + shift_[j];
-        a_[i][j] = shift >= 0 ? product[j][i] * (std::int64_t{1} << shift) : product[j][i] >> -shift;
-      }
-    for (std::size_t j = 0; j < N; ++j) {
-      const std::int64_t pivot = a_[j][j];
-      if (pivot < kLeastPivot) return false;
-      const int spare = 32 - static_cast<int>(std::bit_width(static_cast<std::uint64_t>(pivot)));
-      if (spare < 0) return false;
-      const std::int64_t inverse = (std::int64_t{1} << 62) / (pivot << spare);  // in (2^30, 2^31]
-      for (std::size_t i = j + 1; i <= N; ++i) l_[i][j] = (a_[i][j] * inverse) >> (62 - kQ - spare);
-      for (std::size_t i = j + 1; i <= N; ++i)
-        for (std::size_t k = j + 1; k <= i; ++k) a_[i][k] -= (l_[i][j] * a_[k][j]) >> kQ;
-    }
-    for (std::size_t j = N; j-- > 0;) {
+        a_[i][j] = shift >= 0 ? product[j][i] << shift : product[j][i] >> -shift;
+      });
+    });
+    bool sound = true;
+    each<N>([&](auto j) __attribute__((always_inline)) { sound = sound && eliminate<j>(); });
+    if (!sound) return false;
+    each<N>([&](auto k) __attribute__((always_inline)) {
+      constexpr std::size_t j = N - 1 - k;
       std::int64_t x = l_[N][j];
-      for (std::size_t i = j + 1; i < N; ++i) x -= (l_[i][j] * x_[i]) >> kQ;
+      each<k>([&](auto i) __attribute__((always_inline)) { x -= (l_[j + 1 + i][j] * x_[j + 1 + i]) >> kQ; });
       x_[j] = x;
-    }
+    });
     return true;
   }
   // Unknown i with 'bits' fraction bits, in units of the right-hand side over the column.
@@ -72,6 +69,31 @@ class FixedLdl {
   }
 
  private:
+  // f of 0 .. Count - 1 as constants: loops of a few steps each, which a compiler leaves as loops, cost three times as much.
+  template <std::size_t Count, class F>
+  [[gnu::always_inline]] static constexpr void each(F f) {
+    [&]<std::size_t... I>(std::index_sequence<I...>) __attribute__((always_inline)) {
+      (f(std::integral_constant<std::size_t, I>()), ...);
+    }(std::make_index_sequence<Count>());
+  }
+
+  // Column j out of all that follow. False: too little is left of it.
+  template <std::size_t j>
+  [[gnu::always_inline]] bool eliminate() {
+    const std::int64_t pivot = a_[j][j];
+    const int spare = 32 - static_cast<int>(std::bit_width(static_cast<std::uint64_t>(pivot)));
+    if (pivot < kLeastPivot || spare < 0) return false;
+    const std::int64_t inverse = (std::int64_t{1} << 62) / (pivot << spare);  // in (2^30, 2^31]
+    each<N - j>([&](auto i) __attribute__((always_inline)) {
+      l_[j + 1 + i][j] = (a_[j + 1 + i][j] * inverse) >> (62 - kQ - spare);
+    });
+    each<N - j>([&](auto i) __attribute__((always_inline)) {
+      const std::int64_t l = l_[j + 1 + i][j];
+      each<i + 1>([&](auto k) __attribute__((always_inline)) { a_[j + 1 + i][j + 1 + k] -= (l * a_[j + 1 + k][j]) >> kQ; });
+    });
+    return true;
+  }
+
   static constexpr std::int64_t scaled(std::int64_t x, int shift) {
     if (shift >= 0) return x * (std::int64_t{1} << (shift < 31 ? shift : 31));
     return shift < -62 ? 0 : shift_rounded(x, -shift);

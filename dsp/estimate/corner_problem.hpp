@@ -36,10 +36,12 @@ class CornerProblem {
     for (PreparedCorner<T>& group : groups_) {
       CornerResidual<T> term;
       if (!residual(a, group, &basis_, term, nullptr)) return false;
+      if (metric_ == Metric::kReprojection) group.pixel_error = term.e;
       sums.add(term, basis_, group.weight);
       add_errors(term.e, group.weight, out);
     }
     sums.total(out);
+    out.gradient_noise = out.n * noise2_ / static_cast<double>(n_corners_);
     const double mean_noise2 = noise2_ / static_cast<double>(n_corners_);
     out.cost_noise = 3 * (std::sqrt(out.cost * mean_noise2) + noise2_) +
                      16 * static_cast<double>(std::numeric_limits<S>::epsilon()) * out.cost;
@@ -90,7 +92,8 @@ class CornerProblem {
       CornerResidual<T> term;
       Mat2<T> e_q, q_e;
       if (!residual(a, group, &basis_, term, &e_q) || !invert(e_q, q_e)) return false;
-      add_errors(q_e * term.e, group.weight, pixels);
+      group.pixel_error = q_e * term.e;
+      add_errors(group.pixel_error, group.weight, pixels);
       middle.add(pushed(term, e_q), basis_, group.weight);
     }
     middle.total(out.middle);
@@ -100,7 +103,7 @@ class CornerProblem {
   }
 
  private:
-  static constexpr std::size_t kSampledCorners = 48;  // enough to tell surfaces apart
+  static constexpr std::size_t kSampledCorners = 24;  // enough to tell surfaces apart
 
   template <class Number>
   [[nodiscard]] static Coefficients<T> in_lanes(const Coefficients<Number>& a) {

@@ -16,6 +16,7 @@ struct GaussNewtonSummary {
   Stop stop = Stop::kOutOfDomain;
   int iterations = 0;  // trial points evaluated, refused ones too
   bool at_bound = false;
+  bool refused = false;  // the last trial point: the problem was evaluated elsewhere since
 };
 
 // Problem: bool evaluate(const Coefficients<double>& a, NormalEquations& sums); false where the residuals do not exist.
@@ -62,13 +63,14 @@ class DampedGaussNewton {
         out.stop = Stop::kStep;
         if (options_.epsx > 0 && scaled_size() <= options_.epsx) break;
         out.stop = Stop::kCost;
-        if (options_.epsf > 0 && promised <= options_.epsf * sums.cost) break;
+        if (options_.epsf > 0 && promised <= options_.epsf * sums.cost + sums.gradient_noise) break;
       }
       trial_ = a + step_;
       clamp(trial_);
       ++out.iterations;
       const bool exists = problem_.evaluate(trial_, trial_sums_) && trial_sums_.finite();
-      if (!exists || !(trial_sums_.cost <= sums.cost + sums.cost_noise)) {
+      out.refused = !exists || !(trial_sums_.cost <= sums.cost + sums.cost_noise);
+      if (out.refused) {
         out.stop = Stop::kNoProgress;
         if (promised <= sums.cost_noise || !grow(damping, growth)) break;
         continue;

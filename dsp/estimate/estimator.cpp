@@ -12,6 +12,9 @@ namespace {
 
 constexpr int kDefaultIterations = 50;
 constexpr double kDefaultTolerance = 1e-9;
+// A fall of the cost by this part moves the surface by a thousandth of its deviation times the root of the residuals'
+// number: below what a second evaluation of all corners is worth. Exact corners go on, since their cost falls to nothing.
+constexpr double kDefaultCostTolerance = 1e-6;
 constexpr double kHeldDeviation = 1e-4;  // mm, stated for a coefficient that equal bounds hold
 constexpr double kApproach = 1e-3;  // fall of the cost at which another metric takes over
 
@@ -67,7 +70,7 @@ Result<SurfaceEstimator<S>> SurfaceEstimator<S>::make(const SurfaceModel<S>& mod
   out.metric_ = options.metric;
   const bool all_off = options.epsg <= 0 && options.epsf <= 0 && options.epsx <= 0 && options.max_iterations == 0;
   out.solver_.epsg = all_off ? kDefaultTolerance : options.epsg;
-  out.solver_.epsf = all_off ? kDefaultTolerance : options.epsf;
+  out.solver_.epsf = all_off ? kDefaultCostTolerance : options.epsf;
   out.solver_.epsx = all_off ? kDefaultTolerance : options.epsx;
   out.solver_.max_iterations = options.max_iterations == 0 ? kDefaultIterations : options.max_iterations;
   out.solver_.scale = as_coefficients(options.scale);
@@ -181,6 +184,15 @@ Stop SurfaceEstimator<S>::finish(CornerProblem<S>& problem, const Coefficients<d
 }
 
 template <class S>
+void SurfaceEstimator<S>::error_sizes(std::span<S> out) const {
+  std::size_t next = 0;
+  for (const PreparedCorner<Lanes<S>>& group : std::span(groups_).first(n_groups_))
+    for (int lane = 0; lane < Lanes<S>::kSize; ++lane)
+      if (group.weight[lane] > 0 && next < out.size())
+        out[next++] = std::hypot(group.pixel_error.x()[lane], group.pixel_error.y()[lane]) * group.weight[lane];
+}
+
+template <class S>
 Estimate<S> SurfaceEstimator<S>::estimate(std::span<const CameraObservations<S>> cameras,
                                           std::span<const Coefficients<S>> starts) {
   Estimate<S> out;
@@ -215,6 +227,11 @@ Estimate<S> SurfaceEstimator<S>::estimate(std::span<const CameraObservations<S>>
   out.at_bound = summary.at_bound;
   if (failed(out.stop)) return out;
   out.coefficients = a.template cast<S>();
+  // The corners' errors are those of the last evaluation.
+  if (summary.refused && !problem.evaluate(a, sums)) {
+    out.stop = Stop::kOutOfDomain;
+    return out;
+  }
   out.stop = finish(problem, a, sums, out);
   return out;
 }

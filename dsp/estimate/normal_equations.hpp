@@ -15,6 +15,7 @@ struct NormalEquations {
   Eigen::Matrix<double, kMaxModes, 1> jte;
   double cost = 0;        // sum of |We|^2
   double cost_noise = 0;  // how much of it may be rounding
+  double gradient_noise = 0;  // what a step promises when nothing but rounding is left in J'We
   double error = 0;       // sum of |e|
   double squares = 0;     // sum of |e|^2
   int n = 0;
@@ -23,7 +24,7 @@ struct NormalEquations {
     n = parameters;
     jtj.topLeftCorner(n, n).setZero();
     jte.head(n).setZero();
-    cost = cost_noise = error = squares = 0;
+    cost = cost_noise = gradient_noise = error = squares = 0;
   }
 
   [[nodiscard]] bool finite() const {

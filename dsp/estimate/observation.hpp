@@ -1,6 +1,7 @@
 // What an estimate is made from: corners with identities, seen by calibrated cameras.
 #pragma once
 
+#include <limits>
 #include <span>
 
 #include "dsp/core/linear_algebra.hpp"
@@ -15,6 +16,9 @@ struct Observation {
   Vec2<S> pixel;         // raw image, px
   Vec2<S> normalised;    // the same corner undistorted: CameraModel::undistort(pixel)
   S sigma = 1;           // standard deviation per axis, px; weights are 1/sigma
+  // Where the prediction of this corner crossed the surface, from its bottom point, mm; NaN: not known. Saves the solver
+  // a search, and changes nothing else.
+  Vec2<S> foot = Vec2<S>::Constant(std::numeric_limits<S>::quiet_NaN());
 };
 
 // All corners of one camera in one frame.

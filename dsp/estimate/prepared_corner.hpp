@@ -2,48 +2,25 @@
 // metre's distance. Prepared once a frame, in double. T is a scalar, or Lanes of it for several corners at once.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 
 #include "dsp/core/lanes.hpp"
 #include "dsp/estimate/observation.hpp"
-#include "dsp/optics/crossing.hpp"
-#include "dsp/optics/surface_model.hpp"
+#include "dsp/estimate/sight_line.hpp"
 
 namespace srd::dsp {
 
 template <class T>
-struct PreparedCorner {
-  Vec3<T> point;              // F, mm, W
+struct PreparedCorner : SightLine<T> {
   Vec2<T> pixel;              // q, raw px
   Vec2<T> normalised;         // q undistorted
   T weight;                   // 1/sigma, 1/px; 0: a lane without a corner
-  Vec3<T> camera_from_point;  // c - F, mm
-  Vec3<T> point_in_camera;    // R F + T, mm
   Vec3<T> direction;          // d of the measured ray, unit
   Vec2<T> dry;                // where the measured ray meets Z = F_z, from F, mm
   T dry_distance;             // from c along d to there, mm
-  // Where the last evaluation ended; the next one starts there.
-  Vec2<T> foot;               // of the ray that would see F, from F, mm
-  T along;                    // of the measured ray's surface point, from the dry point along d, mm; <= 0
-  const View<T>* view = nullptr;
-};
-
-// What all corners of an evaluation share.
-template <class T>
-struct Optics {
-  SurfaceModel<T> model;
-  Media<T> media;
-  // Newton's error after a step of x mm is about x^2 10 / min(Lx, Ly) (curvature of the map over one mode's length):
-  // below this step the next one would be under 1e-10 mm (double) or 1e-5 mm (float) and is not made.
-  T last_step = 0;
-
-  template <class S>
-  static Optics make(const SurfaceModel<S>& model, const Media<S>& media) {
-    const double error = sizeof(S) > sizeof(float) ? 1e-10 : 1e-5;
-    const double length = static_cast<double>(std::min(model.lx, model.ly));
-    return {model.template cast<T>(), media.template cast<T>(), static_cast<T>(std::sqrt(error * length / 10))};
-  }
+  Vec2<T> first_foot;         // see Observation::foot
+  T along;                    // of the measured ray's surface point, from the dry point along d, mm; <= 0; as foot
+  Vec2<T> pixel_error;        // of the last evaluation with derivatives, px
 };
 
 // A camera as prepare() takes it.
@@ -88,6 +65,7 @@ template <class S>
   out.direction = d.cast<S>();
   out.dry = (camera_from_point + distance * d).template head<2>().cast<S>();
   out.dry_distance = static_cast<S>(distance);
+  out.first_foot = seen.foot;
   return true;
 }
 
@@ -106,13 +84,17 @@ void put(const PreparedCorner<S>& corner, int lane, PreparedCorner<Lanes<S>>& ou
   each(corner.direction, out.direction);
   each(corner.dry, out.dry);
   out.dry_distance.set(lane, corner.dry_distance);
+  each(corner.first_foot, out.first_foot);
 }
 
-// Starts the corner's Newton iterations where the measured ray meets the plane Z = level, mm.
+// Starts the corner's Newton iterations where the measured ray meets the plane Z = level, mm, or at the known foot.
 template <class T>
 void start_at_level(T level, PreparedCorner<T>& corner) {
   corner.along = (level - corner.point.z()) / corner.direction.z();
-  corner.foot = corner.dry + corner.along * corner.direction.template head<2>();
+  using std::isfinite;
+  corner.foot = isfinite(corner.first_foot.x() + corner.first_foot.y())
+                    ? corner.first_foot
+                    : Vec2<T>(corner.dry + corner.along * corner.direction.template head<2>());
 }
 
 }  // namespace srd::dsp

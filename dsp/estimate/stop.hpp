@@ -9,7 +9,7 @@ namespace srd::dsp {
 // |We|^2, promised the fall of the cost that the linear model gives for delta. Numbers are on the wire.
 enum class Stop : std::uint8_t {
   kGradient = 0,       // |D g|_inf <= epsg
-  kCost = 1,           // promised <= epsf cost, undamped
+  kCost = 1,           // promised <= epsf cost + what rounding promises, undamped
   kStep = 2,           // |D^-1 delta|_2 <= epsx, undamped
   kMaxIterations = 3,  // maxits trial points were evaluated
   kDeadline = 4,       // the callback said stop; the best so far is returned

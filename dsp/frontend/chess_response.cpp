@@ -70,7 +70,7 @@ void response_window(const GrayView& image, int u0, int v0, int side, const Resp
   for (int i = 0; i < side; ++i) {
     std::int16_t* row = window.at.data() + i * ResponseWindow::kStride;
     scalar::response_row(image, v0 + i, u0, u0 + side, options, row);
-    std::fill(row + side, row + ResponseWindow::kStride, std::int16_t{-32768});
+    std::fill(row + side, row + (side + 7) / 8 * 8, std::int16_t{-32768});
   }
 }
 

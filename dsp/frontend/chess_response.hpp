@@ -30,7 +30,8 @@ void response_row(const GrayView& image, int v, int u0, int u1, const ResponseOp
 // Responses of a small square of pixels.
 struct ResponseWindow {
   static constexpr int kMostSide = 31, kStride = 32;
-  alignas(64) std::array<std::int16_t, kMostSide * kStride> at;  // row-major; what follows a row's last pixel is -32768
+  // Row-major; from a row's last pixel up to the next multiple of 8 it holds -32768.
+  alignas(64) std::array<std::int16_t, kMostSide * kStride> at;
   int u0 = 0, v0 = 0, side = 0;                                  // px
   [[nodiscard]] const std::int16_t* row(int i) const { return at.data() + i * kStride; }
 };

@@ -1,6 +1,7 @@
 // The response and its maxima, one source for every vector unit; equal to the scalar definition bit for bit.
 #include <algorithm>
-#include <cstdlib>
+#include <type_traits>
+#include <utility>
 
 #include "dsp/frontend/chess_response.hpp"
 #include "dsp/frontend/ring.hpp"
@@ -39,86 +40,117 @@ WindowPeak WindowPeakOf(const ResponseWindow& window, std::int16_t threshold) {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Pixels in even and in odd places, 16 bits each.
+// The difference of two vectors of bytes, 16 bits a pixel: first half, second half.
 template <class V>
-struct EvenOdd {
-  V even, odd;
+struct Halves {
+  V low, high;
 };
 
-template <class D16, class V8>
-HWY_INLINE EvenOdd<hn::Vec<D16>> widen(D16 d16, V8 v) {
-  const auto both = hn::BitCast(d16, v);
-  return {hn::And(both, hn::Set(d16, 0x00FF)), hn::BitCast(d16, hn::ShiftRight<8>(hn::BitCast(hn::RebindToUnsigned<D16>(), both)))};
+template <class D8>
+using Wider = hn::Rebind<std::int16_t, hn::Half<D8>>;
+
+template <class D8, class V8>
+HWY_INLINE Halves<hn::Vec<Wider<D8>>> widen(D8 /*d8*/, V8 v) {
+  const hn::Half<D8> half;
+  const Wider<D8> d16;
+  return {hn::PromoteTo(d16, hn::LowerHalf(half, v)), hn::PromoteTo(d16, hn::UpperHalf(half, v))};
 }
 
-// One vector of pixels from p. With two opposite samples a, c and the two across b, d:
+// The pixel of sample n of a vector that starts at p. Row and column are constants, so that the compiler keeps one pointer
+// a row of the circle.
+template <int kRadius, std::size_t kSample, class D8>
+HWY_INLINE hn::Vec<D8> sample(D8 d8, const std::uint8_t* HWY_RESTRICT p, std::ptrdiff_t stride) {
+  constexpr Offset at = ring(kRadius)[kSample];
+  return hn::LoadU(d8, p + at.y * stride + at.x);
+}
+
+// With two opposite samples a, c and the two across b, d:
 // |(a+c) - (b+d)| - |a-c| - |b-d| = 2 max(min(a,c) - max(b,d), min(b,d) - max(a,c)), all in bytes but the last sum.
-template <bool kMeanTerm, class D8>
-HWY_INLINE void responses(D8 d8, const std::uint8_t* HWY_RESTRICT p, const std::ptrdiff_t* HWY_RESTRICT at,
-                          std::ptrdiff_t stride, std::int16_t* HWY_RESTRICT out) {
-  const hn::Repartition<std::int16_t, D8> d16;
-  auto even = hn::Zero(d16), odd = hn::Zero(d16);
-  auto circle_even = hn::Zero(d16), circle_odd = hn::Zero(d16);
-  for (int n = 0; n < 4; ++n) {
-    const auto a = hn::LoadU(d8, p + at[n]), b = hn::LoadU(d8, p + at[n + 4]);
-    const auto c = hn::LoadU(d8, p + at[n + 8]), d = hn::LoadU(d8, p + at[n + 12]);
-    const auto low1 = hn::Min(a, c), high1 = hn::Max(a, c), low2 = hn::Min(b, d), high2 = hn::Max(b, d);
-    const auto positive = hn::Or(hn::SaturatedSub(low1, high2), hn::SaturatedSub(low2, high1));
-    const auto negative = hn::Min(hn::SaturatedSub(high2, low1), hn::SaturatedSub(high1, low2));
-    const auto add = widen(d16, positive), less = widen(d16, negative);
-    even = hn::Add(even, hn::Sub(add.even, less.even));
-    odd = hn::Add(odd, hn::Sub(add.odd, less.odd));
-    if constexpr (kMeanTerm) {
-      for (const auto& sample : {a, b, c, d}) {
-        const auto wide = widen(d16, sample);
-        circle_even = hn::Add(circle_even, wide.even);
-        circle_odd = hn::Add(circle_odd, wide.odd);
-      }
-    }
-  }
-  even = hn::Add(even, even);
-  odd = hn::Add(odd, odd);
-  if constexpr (kMeanTerm) {
-    auto cross_even = hn::Zero(d16), cross_odd = hn::Zero(d16);
-    for (const std::ptrdiff_t n : {std::ptrdiff_t{0}, std::ptrdiff_t{1}, std::ptrdiff_t{-1}, stride, -stride}) {
-      const auto wide = widen(d16, hn::LoadU(d8, p + n));
-      cross_even = hn::Add(cross_even, wide.even);
-      cross_odd = hn::Add(cross_odd, wide.odd);
-    }
-    // |5 circle - 16 cross| <= 20400 fits; x / 5 = (x * 52429) >> 18 for x < 2^16.
-    const hn::RebindToUnsigned<decltype(d16)> du16;
-    const auto term = [&](auto circle, auto cross) {
-      const auto five = hn::Add(hn::ShiftLeft<2>(circle), circle);
-      const auto size = hn::BitCast(du16, hn::Abs(hn::Sub(five, hn::ShiftLeft<4>(cross))));
-      return hn::BitCast(d16, hn::ShiftRight<2>(hn::MulHigh(size, hn::Set(du16, 52429))));
-    };
-    even = hn::Sub(even, term(circle_even, cross_even));
-    odd = hn::Sub(odd, term(circle_odd, cross_odd));
-  }
-  hn::StoreInterleaved2(even, odd, d16, out);
+template <int kRadius, std::size_t kSample, class D8, class V16>
+HWY_INLINE void add_group(D8 d8, const std::uint8_t* HWY_RESTRICT p, std::ptrdiff_t stride, V16& low, V16& high) {
+  const auto a = sample<kRadius, kSample>(d8, p, stride), b = sample<kRadius, kSample + 4>(d8, p, stride);
+  const auto c = sample<kRadius, kSample + 8>(d8, p, stride), d = sample<kRadius, kSample + 12>(d8, p, stride);
+  const auto low1 = hn::Min(a, c), high1 = hn::Max(a, c), low2 = hn::Min(b, d), high2 = hn::Max(b, d);
+  const auto more = widen(d8, hn::Or(hn::SaturatedSub(low1, high2), hn::SaturatedSub(low2, high1)));
+  const auto less = widen(d8, hn::Min(hn::SaturatedSub(high2, low1), hn::SaturatedSub(high1, low2)));
+  low = hn::Add(low, hn::Sub(more.low, less.low));
+  high = hn::Add(high, hn::Sub(more.high, less.high));
 }
 
-template <bool kMeanTerm>
-HWY_INLINE void row(const std::uint8_t* HWY_RESTRICT p, const std::ptrdiff_t* HWY_RESTRICT at, std::ptrdiff_t stride,
-                    int n, std::int16_t* HWY_RESTRICT out) {
-  const hn::ScalableTag<std::uint8_t> wide;
+template <class D8, class V8, class V16>
+HWY_INLINE void add_wide(D8 d8, V8 v, V16& low, V16& high) {
+  const auto wide = widen(d8, v);
+  low = hn::Add(low, wide.low);
+  high = hn::Add(high, wide.high);
+}
+
+template <int kRadius, class D8, class V16, std::size_t... kSamples>
+HWY_INLINE void add_circle(D8 d8, const std::uint8_t* HWY_RESTRICT p, std::ptrdiff_t stride, V16& low, V16& high,
+                           std::index_sequence<kSamples...>) {
+  (add_wide(d8, sample<kRadius, kSamples>(d8, p, stride), low, high), ...);
+}
+
+// floor(|5 circle - 16 cross| / 5): |..| <= 20400 fits, and x / 5 = (x * 52429) >> 18 for x < 2^16.
+template <class D16, class V16>
+HWY_INLINE V16 mean_term(D16 d16, V16 circle, V16 cross) {
+  const hn::RebindToUnsigned<D16> du16;
+  const auto five = hn::Add(hn::ShiftLeft<2>(circle), circle);
+  const auto size = hn::BitCast(du16, hn::Abs(hn::Sub(five, hn::ShiftLeft<4>(cross))));
+  return hn::BitCast(d16, hn::ShiftRight<2>(hn::MulHigh(size, hn::Set(du16, 52429))));
+}
+
+// One vector of pixels from p.
+template <int kRadius, bool kMeanTerm, class D8>
+HWY_INLINE void responses(D8 d8, const std::uint8_t* HWY_RESTRICT p, std::ptrdiff_t stride, std::int16_t* HWY_RESTRICT out) {
+  const Wider<D8> d16;
+  auto low = hn::Zero(d16), high = hn::Zero(d16);
+  add_group<kRadius, 0>(d8, p, stride, low, high);
+  add_group<kRadius, 1>(d8, p, stride, low, high);
+  add_group<kRadius, 2>(d8, p, stride, low, high);
+  add_group<kRadius, 3>(d8, p, stride, low, high);
+  low = hn::Add(low, low);
+  high = hn::Add(high, high);
+  if constexpr (kMeanTerm) {
+    auto circle_low = hn::Zero(d16), circle_high = hn::Zero(d16), cross_low = hn::Zero(d16), cross_high = hn::Zero(d16);
+    add_circle<kRadius>(d8, p, stride, circle_low, circle_high, std::make_index_sequence<16>());
+    for (const std::uint8_t* at : {p, p + 1, p - 1, p + stride, p - stride})
+      add_wide(d8, hn::LoadU(d8, at), cross_low, cross_high);
+    low = hn::Sub(low, mean_term(d16, circle_low, cross_low));
+    high = hn::Sub(high, mean_term(d16, circle_high, cross_high));
+  }
+  hn::StoreU(low, d16, out);
+  hn::StoreU(high, d16, out + hn::Lanes(d16));
+}
+
+template <int kRadius, bool kMeanTerm>
+HWY_INLINE void row(const std::uint8_t* HWY_RESTRICT p, std::ptrdiff_t stride, int n, std::int16_t* HWY_RESTRICT out) {
+  const hn::CappedTag<std::uint8_t, 32> wide;
   const hn::CappedTag<std::uint8_t, 16> narrow;
   const int wide_step = static_cast<int>(hn::Lanes(wide)), narrow_step = static_cast<int>(hn::Lanes(narrow));
   int i = 0;
-  for (; i + wide_step <= n; i += wide_step) responses<kMeanTerm>(wide, p + i, at, stride, out + i);
-  for (; i + narrow_step <= n; i += narrow_step) responses<kMeanTerm>(narrow, p + i, at, stride, out + i);
+  for (; i + wide_step <= n; i += wide_step) responses<kRadius, kMeanTerm>(wide, p + i, stride, out + i);
+  for (; i + narrow_step <= n; i += narrow_step) responses<kRadius, kMeanTerm>(narrow, p + i, stride, out + i);
   // The rest overlaps what is done: the same numbers again.
-  if (i < n) responses<kMeanTerm>(narrow, p + n - narrow_step, at, stride, out + n - narrow_step);
+  if (i < n) responses<kRadius, kMeanTerm>(narrow, p + n - narrow_step, stride, out + n - narrow_step);
+}
+
+// Calls f with the options as constants.
+template <class F>
+HWY_INLINE void with_constants(const ResponseOptions& options, F&& f) {
+  using Five = std::integral_constant<int, 5>;
+  using Ten = std::integral_constant<int, 10>;
+  if (options.radius == 10)
+    options.mean_term ? f(Ten(), std::true_type()) : f(Ten(), std::false_type());
+  else
+    options.mean_term ? f(Five(), std::true_type()) : f(Five(), std::false_type());
 }
 
 void ResponseRow(const GrayView& image, int v, int u0, int u1, const ResponseOptions& options, std::int16_t* out) {
   constexpr int kLeast = 16;  // the narrowest vector
   if (u1 - u0 < kLeast) return scalar::response_row(image, v, u0, u1, options, out);
-  const auto at = sample_distances(options.radius, image.stride_bytes);
-  if (options.mean_term)
-    row<true>(image.row(v) + u0, at.data(), image.stride_bytes, u1 - u0, out);
-  else
-    row<false>(image.row(v) + u0, at.data(), image.stride_bytes, u1 - u0, out);
+  with_constants(options, [&](auto radius, auto mean) {
+    row<radius(), mean()>(image.row(v) + u0, image.stride_bytes, u1 - u0, out);
+  });
 }
 
 int RowMaxima(const std::int16_t* HWY_RESTRICT above, const std::int16_t* HWY_RESTRICT here,
@@ -151,25 +183,22 @@ int RowMaxima(const std::int16_t* HWY_RESTRICT above, const std::int16_t* HWY_RE
   return count;
 }
 
-template <bool kMeanTerm>
-HWY_INLINE void window_rows(const GrayView& image, int first, const ResponseOptions& options, int columns,
-                            ResponseWindow& window) {
+// Whole vectors of pixels from column 'first'; what they hold beyond the window's right end is blotted out.
+template <int kRadius, bool kMeanTerm>
+HWY_INLINE void window_rows(const GrayView& image, int first, int columns, ResponseWindow& window) {
   const hn::CappedTag<std::uint8_t, 16> d;
   const hn::CappedTag<std::int16_t, 8> d16;
-  const auto at = sample_distances(options.radius, image.stride_bytes);
-  const int skipped = window.u0 - first;
-  HWY_ALIGN std::int16_t whole[2 * ResponseWindow::kStride];
+  const int skipped = window.u0 - first, last = window.side / 8 * 8;
+  const auto inside = hn::FirstN(d16, static_cast<std::size_t>(window.side - last));
   const auto nothing = hn::Set(d16, -32768);
+  HWY_ALIGN std::int16_t beside[2 * ResponseWindow::kStride];
   for (int i = 0; i < window.side; ++i) {
     const std::uint8_t* p = image.row(window.v0 + i) + first;
-    for (int j = 0; j < columns; j += 16) responses<kMeanTerm>(d, p + j, at.data(), image.stride_bytes, whole + j);
     std::int16_t* row = window.at.data() + i * ResponseWindow::kStride;
-    for (int j = 0; j < ResponseWindow::kStride; j += 8)
-      hn::Store(hn::LoadU(d16, whole + skipped + j), d16, row + j);
-    for (int j = window.side / 8 * 8; j < ResponseWindow::kStride; j += 8) {
-      const auto inside = hn::FirstN(d16, static_cast<std::size_t>(std::max(window.side - j, 0)));
-      hn::Store(hn::IfThenElse(inside, hn::Load(d16, row + j), nothing), d16, row + j);
-    }
+    std::int16_t* to = skipped == 0 ? row : beside;
+    for (int j = 0; j < columns; j += 16) responses<kRadius, kMeanTerm>(d, p + j, image.stride_bytes, to + j);
+    for (int j = 0; skipped > 0 && j < window.side; j += 8) hn::Store(hn::LoadU(d16, to + skipped + j), d16, row + j);
+    if (last < window.side) hn::Store(hn::IfThenElse(inside, hn::Load(d16, row + last), nothing), d16, row + last);
   }
 }
 
@@ -181,54 +210,62 @@ void ResponseWindowOf(const GrayView& image, int u0, int v0, int side, const Res
   window.u0 = u0;
   window.v0 = v0;
   window.side = side;
-  if (options.mean_term)
-    window_rows<true>(image, first, options, columns, window);
-  else
-    window_rows<false>(image, first, options, columns, window);
+  with_constants(options, [&](auto radius, auto mean) {
+    window_rows<radius(), mean()>(image, first, columns, window);
+  });
 }
 
-// Whole rows are skipped eight pixels at a time; few are left to look at one by one.
-HWY_INLINE bool has_another(const ResponseWindow& window, const WindowPeak& peak, std::int16_t least) {
-  constexpr int kPlateau = 4;
+// Lanes of a row from column j that are further than the first maximum's plateau from it along u.
+HWY_INLINE hn::Mask<hn::CappedTag<std::int16_t, 8>> beyond(hn::CappedTag<std::int16_t, 8> d, int j, int column, int plateau) {
+  return hn::Gt(hn::Abs(hn::Sub(hn::Iota(d, static_cast<std::int16_t>(j)), hn::Set(d, static_cast<std::int16_t>(column)))),
+                hn::Set(d, static_cast<std::int16_t>(plateau)));
+}
+
+// Whether any place apart from the first maximum's plateau is as strong as 'least': most often none is.
+HWY_INLINE bool has_rival(const ResponseWindow& window, const WindowPeak& peak, std::int16_t least, int plateau) {
   const hn::CappedTag<std::int16_t, 8> d;
-  const auto limit = hn::Set(d, static_cast<std::int16_t>(least - 1));
-  for (int i = 1; i + 1 < window.side; ++i)
-    for (int j = 0; j < window.side; j += 8) {
-      const auto strong = hn::Gt(hn::Load(d, window.row(i) + j), limit);
-      if (hn::AllFalse(d, strong)) continue;
-      for (int k = std::max(j, 1); k < std::min(j + 8, window.side - 1); ++k) {
-        const std::int16_t* at = window.row(i) + k;
-        if (at[0] < least || std::max(std::abs(i - peak.row), std::abs(k - peak.column)) <= kPlateau) continue;
-        if (at[0] >= at[-1] && at[0] >= at[1] && at[0] >= at[-ResponseWindow::kStride] &&
-            at[0] >= at[ResponseWindow::kStride])
-          return true;
-      }
-    }
-  return false;
+  const auto none = hn::Set(d, -32768);
+  auto most = none;
+  for (int j = 0; j < window.side; j += 8) {
+    const auto outside = beyond(d, j, peak.column, plateau);
+    const int above = std::clamp(peak.row - plateau, 1, window.side - 1), below = std::min(peak.row + plateau + 1, window.side - 1);
+    int i = 1;
+    for (; i < above; ++i) most = hn::Max(most, hn::Load(d, window.row(i) + j));
+    for (; i < below; ++i) most = hn::Max(most, hn::IfThenElse(outside, hn::Load(d, window.row(i) + j), none));
+    for (; i + 1 < window.side; ++i) most = hn::Max(most, hn::Load(d, window.row(i) + j));
+  }
+  return !hn::AllFalse(d, hn::Gt(most, hn::Set(d, static_cast<std::int16_t>(least - 1))));
 }
 
 WindowPeak WindowPeakOf(const ResponseWindow& window, std::int16_t threshold) {
+  constexpr int kPlateau = 4;
   const hn::CappedTag<std::int16_t, 8> d;
-  auto most = hn::Set(d, -32768);
+  // Each lane keeps its largest response and the first place where it met it.
+  auto most = hn::Set(d, -32768), place = hn::Zero(d);
+  const auto column = hn::Iota(d, 0);
   for (int i = 0; i < window.side; ++i)
-    for (int j = 0; j < window.side; j += 8) most = hn::Max(most, hn::Load(d, window.row(i) + j));
-  HWY_ALIGN std::int16_t lane[8];
-  hn::Store(most, d, lane);
-  WindowPeak peak;
-  peak.response = *std::max_element(lane, lane + 8);
-  const auto best = hn::Set(d, peak.response);
-  bool placed = false;
-  for (int i = 0; i < window.side && !placed; ++i)
-    for (int j = 0; j < window.side && !placed; j += 8) {
-      const auto first = hn::FindFirstTrue(d, hn::Eq(hn::Load(d, window.row(i) + j), best));
-      if (first < 0) continue;
-      peak.row = i;
-      peak.column = j + static_cast<int>(first);
-      placed = true;
+    for (int j = 0; j < window.side; j += 8) {
+      const auto r = hn::Load(d, window.row(i) + j);
+      const auto here = hn::Add(column, hn::Set(d, static_cast<std::int16_t>(i * ResponseWindow::kStride + j)));
+      place = hn::IfThenElse(hn::Gt(r, most), here, place);
+      most = hn::Max(most, r);
     }
+  HWY_ALIGN std::int16_t responses_of[8], places_of[8];
+  hn::Store(most, d, responses_of);
+  hn::Store(place, d, places_of);
+  WindowPeak peak;
+  int first = 32767;
+  for (int k = 0; k < 8; ++k)
+    if (responses_of[k] > peak.response || (responses_of[k] == peak.response && places_of[k] < first)) {
+      peak.response = responses_of[k];
+      first = places_of[k];
+    }
+  peak.row = first / ResponseWindow::kStride;
+  peak.column = first % ResponseWindow::kStride;
   if (peak.response <= threshold) return peak;
   const int least = std::max<int>(threshold + 1, (peak.response + 1) / 2);
-  peak.another = has_another(window, peak, static_cast<std::int16_t>(least));
+  if (has_rival(window, peak, static_cast<std::int16_t>(least), kPlateau))
+    peak.another = scalar::window_peak(window, threshold).another;
   return peak;
 }
 

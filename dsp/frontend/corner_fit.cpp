@@ -13,7 +13,7 @@ namespace {
 
 using Ldl = FixedLdl<CornerSums::kColumns - 1>;
 
-constexpr std::int64_t kMinBlur = 4096 * 35 / 100, kMaxBlur = 4096 * 4;  // Q12 px
+constexpr std::int64_t kMinBlur = 4096 * 36 / 100, kMaxBlur = 4096 * 4;  // Q12 px
 constexpr std::int64_t kMaxMove = 1 << 16, kMaxTurn = 1 << 12;           // of one step: 1 px, 1/4 rad
 
 // The state of the iteration: position in Q16 px relative to the window's centre pixel.

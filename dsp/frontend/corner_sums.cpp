@@ -29,7 +29,7 @@ constexpr std::int16_t multiply(int a, int b) { return static_cast<std::int16_t>
 constexpr std::int16_t quarter(std::int16_t x) { return multiply(x, 1 << 13); }
 
 std::int16_t distance(const CornerModel::Line& line, int du, int dv) {
-  const std::int16_t s = saturate(saturate(du * line.x + dv * line.y) + line.at);
+  const std::int16_t s = saturate(du * line.x + dv * line.y + line.at);
   return std::clamp<std::int16_t>(s, -EdgeProfile::kReachQ10, EdgeProfile::kReachQ10 - 1);
 }
 

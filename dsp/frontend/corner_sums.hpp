@@ -18,6 +18,7 @@ namespace srd::dsp {
 // Where the model stands, in the units of the kernel.
 struct CornerModel {
   // s_i = across[i].x du + across[i].y dv + across[i].at, Q10; the position along edge i likewise, Q10 px.
+  // |x du + y dv| < 2^15 over the window.
   struct Line {
     std::int16_t x = 0, y = 0, at = 0;
   };

@@ -33,15 +33,27 @@ struct Part {
   HWY_ALIGN std::int16_t column[kColumns][kPart];
 };
 
+// Without the constant the sum stays within 16 bits: 11.4 px at 2844 for a blur of 0.36 px.
 HWY_INLINE hn::Vec<Tag> line(const Tag d, const CornerModel::Line& l, hn::Vec<Tag> du, hn::Vec<Tag> dv) {
-  const auto sum = hn::SaturatedAdd(hn::Mul(du, hn::Set(d, l.x)), hn::Mul(dv, hn::Set(d, l.y)));
+  const auto sum = hn::Add(hn::Mul(du, hn::Set(d, l.x)), hn::Mul(dv, hn::Set(d, l.y)));
   return hn::SaturatedAdd(sum, hn::Set(d, l.at));
 }
 
 // The profile of both edges, looked up one by one: the one step that has no vector form on every unit.
 HWY_INLINE void look_up(const std::uint16_t* HWY_RESTRICT cell, int n, std::int16_t* HWY_RESTRICT value) {
-  const EdgeProfile::Value* table = EdgeProfile::table().data();
-  for (int k = 0; k < n; ++k) std::memcpy(value + 2 * k, table + cell[k], 4);
+  const EdgeProfile::Value* HWY_RESTRICT table = EdgeProfile::table().data();
+  for (int k = 0; k < n; k += 8) {  // n is a multiple of 8
+    const EdgeProfile::Value a = table[cell[k]], b = table[cell[k + 1]], c = table[cell[k + 2]], d = table[cell[k + 3]];
+    const EdgeProfile::Value e = table[cell[k + 4]], f = table[cell[k + 5]], g = table[cell[k + 6]], h = table[cell[k + 7]];
+    std::memcpy(value + 2 * k, &a, 4);
+    std::memcpy(value + 2 * k + 2, &b, 4);
+    std::memcpy(value + 2 * k + 4, &c, 4);
+    std::memcpy(value + 2 * k + 6, &d, 4);
+    std::memcpy(value + 2 * k + 8, &e, 4);
+    std::memcpy(value + 2 * k + 10, &f, 4);
+    std::memcpy(value + 2 * k + 12, &g, 4);
+    std::memcpy(value + 2 * k + 14, &h, 4);
+  }
 }
 
 // Columns of the pixels from 'from', n of them, a multiple of the vector's length.

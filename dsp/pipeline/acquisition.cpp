@@ -15,7 +15,7 @@ TrackStatus SurfaceTracker<S>::acquire(PerCamera& camera, const GrayView& image)
   const std::span<const CornerFit> corners = camera.detector->detect(image, detector);
   const Result<CornerGrid> grid = camera.labeller->label(corners);
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    if (camera.predicted[i] == 0) continue;
+    if (!camera.predictions.valid(i)) continue;
     const Vec2<S>& q = camera.predictions[i].pixel;
     const Region& r = camera.setup.region;
     const auto within = [](S x, int low, int high) { return x >= static_cast<S>(low) && x < static_cast<S>(high); };
@@ -69,7 +69,7 @@ TrackStatus SurfaceTracker<S>::place(PerCamera& camera, std::span<const CornerFi
   int centre = -1;
   S best2 = std::numeric_limits<S>::max();
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    if (camera.predicted[i] == 0) continue;
+    if (!camera.predictions.valid(i)) continue;
     const S d2 = (camera.predictions[i].pixel - anchor).squaredNorm();
     if (d2 < best2) {
       best2 = d2;
@@ -142,7 +142,7 @@ int SurfaceTracker<S>::assign(PerCamera& camera, std::span<const CornerFit> corn
         if (index < 0) continue;
         const int point = pattern_.at(placement.row + placement.row_from_row * r + placement.row_from_column * c,
                                       placement.column + placement.column_from_row * r + placement.column_from_column * c);
-        if (point < 0 || camera.predicted[static_cast<std::size_t>(point)] == 0) continue;
+        if (point < 0 || !camera.predictions.valid(static_cast<std::size_t>(point))) continue;
         const CornerFit& fit = corners[static_cast<std::size_t>(index)];
         const Prediction<S>& p = camera.predictions[static_cast<std::size_t>(point)];
         act(point, fit, p, is_bright(p, fit.shape) != pattern_.odd(point));
@@ -161,7 +161,7 @@ int SurfaceTracker<S>::assign(PerCamera& camera, std::span<const CornerFit> corn
   visit([&](int point, const CornerFit& fit, const Prediction<S>&, bool origin) {
     if (origin != bright_origin || camera.observations.size() == camera.observations.capacity()) return;
     camera.blur_q12[static_cast<std::size_t>(point)] = fit.shape.blur_q12;
-    observe(camera, point, fit);
+    observe(camera, point, fit, Observation<S>().foot);
   });
   return n;
 }

@@ -11,6 +11,7 @@ struct Prediction {
   Vec2<S> normalised;     // undistorted; the start of the next prediction
   Vec2<S> pixel;          // raw image, px
   Mat2<S> pixel_per_mm;   // d pixel / d (X, Y) of the point: its columns are the edges' directions
+  Vec2<S> foot;           // where the sight line crosses the surface, from the point, mm
 };
 
 // start: normalised coordinates near the answer. Errors: as see_through.
@@ -31,6 +32,7 @@ template <class S>
   Mat2<S> inverse;
   inverse << b(1, 1) / det, -b(0, 1) / det, -b(1, 0) / det, b(0, 0) / det;
   out.pixel_per_mm = pixel_per_normalised * inverse;
+  out.foot = (trace.surface_point - point).template head<2>();
   // Pixels beyond the range of the front end's fixed point are nowhere near an image.
   if (!(out.pixel.cwiseAbs().maxCoeff() < S(100000)) || !out.pixel_per_mm.allFinite()) return Errc::kOutOfDomain;
   return out;

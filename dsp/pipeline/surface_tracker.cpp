@@ -39,10 +39,8 @@ Result<SurfaceTracker<S>> SurfaceTracker<S>::make(std::span<const CameraSetup<S>
   const std::size_t n = static_cast<std::size_t>(pattern.size());
   for (const CameraSetup<S>& setup : cameras) {
     if (setup.width <= 0 || setup.height <= 0) return Errc::kInvalidArgument;
-    PerCamera& camera = tracker.cameras_.emplace_back();
-    camera.setup = setup;
-    camera.predictions.resize(n);
-    camera.predicted.resize(n);
+    PerCamera& camera = tracker.cameras_.emplace_back(
+        PerCamera{setup, Predictor<S>(setup.view, model, media, tracker.points_), {}, {}, nullptr, nullptr});
     camera.blur_q12.assign(n, kUsualBlurQ12);
     camera.observations.reserve(n);
     camera.detector = std::make_unique<CornerDetector>(setup.width, setup.height, kMaxDetections);
@@ -80,7 +78,7 @@ const FrameResult<S>& SurfaceTracker<S>::process(std::span<const GrayView> image
   if (state_ == TrackState::kTracking) {
     const Coefficients<S> expected = history_.expected(time_ns);
     for (std::size_t c = 0; c < cameras_.size(); ++c) {
-      predict_all(cameras_[c], expected);
+      cameras_[c].predictions.predict(expected);
       follow(cameras_[c], images[c]);
     }
     status = estimate(starts);
@@ -92,7 +90,7 @@ const FrameResult<S>& SurfaceTracker<S>::process(std::span<const GrayView> image
       if (from == &guess_ && history_.size() == 0) break;  // the guess has had its turn
       TrackStatus found = TrackStatus::kOk;
       for (std::size_t c = 0; c < cameras_.size(); ++c) {
-        predict_all(cameras_[c], *from);
+        cameras_[c].predictions.predict(*from);
         const TrackStatus here = acquire(cameras_[c], images[c]);
         if (here != TrackStatus::kOk) found = here;
       }
@@ -122,28 +120,12 @@ const FrameResult<S>& SurfaceTracker<S>::process(std::span<const GrayView> image
   return result_;
 }
 
-template <class S>
-void SurfaceTracker<S>::predict_all(PerCamera& camera, const Coefficients<S>& a) {
-  for (std::size_t i = 0; i < points_.size(); ++i) {
-    Vec2<S> start = camera.predictions[i].normalised;
-    if (camera.predicted[i] == 0) {
-      const Result<Vec2<S>> direct = camera.setup.view.normalised(points_[i]);
-      if (!direct) continue;
-      start = *direct;
-    }
-    const Result<Prediction<S>> p =
-        predict(camera.setup.view, estimator_.model(), a, estimator_.media(), points_[i], start);
-    camera.predicted[i] = p.ok() ? 1 : 0;
-    if (p) camera.predictions[i] = *p;
-  }
-}
-
 // Looks for each point round its prediction.
 template <class S>
 void SurfaceTracker<S>::follow(PerCamera& camera, const GrayView& image) {
   camera.observations.clear();
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    if (camera.predicted[i] == 0) continue;
+    if (!camera.predictions.valid(i)) continue;
     const Prediction<S>& p = camera.predictions[i];
     // The next corner of the pattern must stay outside, or identity is a guess.
     const S step = static_cast<S>(pattern_.square()) *
@@ -158,14 +140,15 @@ void SurfaceTracker<S>::follow(PerCamera& camera, const GrayView& image) {
     ++result_.expected;
     if (tracked != Tracked::kFound) continue;
     camera.blur_q12[i] = fit.shape.blur_q12;
-    observe(camera, static_cast<int>(i), fit);
+    observe(camera, static_cast<int>(i), fit, p.foot);
   }
 }
 
 template <class S>
-void SurfaceTracker<S>::observe(PerCamera& camera, int point, const CornerFit& fit) const {
+void SurfaceTracker<S>::observe(PerCamera& camera, int point, const CornerFit& fit, const Vec2<S>& foot) const {
   Observation<S> o;
   o.point = point;
+  o.foot = foot;
   o.pixel = {fit.corner.u.template to<S>(), fit.corner.v.template to<S>()};
   const Result<Vec2<S>> normalised = camera.setup.view.camera.undistort(o.pixel);
   if (!normalised) return;
@@ -210,15 +193,8 @@ TrackStatus SurfaceTracker<S>::estimate(std::span<const Coefficients<S>> starts)
 // Leaves out corners whose reprojection is far beyond the frame's own scatter: hidden edges, floating dirt, reflections.
 template <class S>
 bool SurfaceTracker<S>::drop_outliers() {
-  errors_.clear();
-  for (PerCamera& camera : cameras_) {
-    for (const Observation<S>& o : camera.observations) {
-      const Vec3<S>& point = points_[static_cast<std::size_t>(o.point)];
-      const Result<Prediction<S>> p = predict(camera.setup.view, estimator_.model(), result_.estimate.coefficients,
-                                              estimator_.media(), point, o.normalised);
-      errors_.push_back(p ? (p->pixel - o.pixel).norm() / o.sigma : S(1e9));
-    }
-  }
+  errors_.resize(static_cast<std::size_t>(count_found()));
+  estimator_.error_sizes(errors_);
   const std::size_t n = errors_.size();
   if (n < 8) return false;  // too few to say what is usual
   std::vector<S>& sorted = sorted_errors_;

@@ -14,7 +14,7 @@
 #include "dsp/frontend/corner_tracker.hpp"
 #include "dsp/frontend/grid_labelling.hpp"
 #include "dsp/pipeline/pattern.hpp"
-#include "dsp/pipeline/prediction.hpp"
+#include "dsp/pipeline/predictor.hpp"
 
 namespace srd::dsp {
 
@@ -82,8 +82,7 @@ class SurfaceTracker {
  private:
   struct PerCamera {
     CameraSetup<S> setup;
-    std::vector<Prediction<S>> predictions;  // one a point
-    std::vector<char> predicted;             // whether that prediction is valid
+    Predictor<S> predictions;                // one a point
     std::vector<std::int32_t> blur_q12;      // of each point, as last seen
     std::vector<Observation<S>> observations;
     std::unique_ptr<CornerDetector> detector;
@@ -92,7 +91,6 @@ class SurfaceTracker {
 
   SurfaceTracker(SurfaceEstimator<S> estimator, const Pattern& pattern, const Coefficients<S>& guess);
 
-  void predict_all(PerCamera& camera, const Coefficients<S>& a);
   void follow(PerCamera& camera, const GrayView& image);
   [[nodiscard]] TrackStatus acquire(PerCamera& camera, const GrayView& image);
   [[nodiscard]] TrackStatus place(PerCamera& camera, std::span<const CornerFit> corners, const CornerGrid& grid);
@@ -103,7 +101,8 @@ class SurfaceTracker {
   };
   [[nodiscard]] int assign(PerCamera& camera, std::span<const CornerFit> corners, const CornerGrid& grid,
                            const Placement& placement, bool& bright_origin, S& displacement) const;
-  void observe(PerCamera& camera, int point, const CornerFit& fit) const;
+  // foot: of the point's prediction.
+  void observe(PerCamera& camera, int point, const CornerFit& fit, const Vec2<S>& foot) const;
   [[nodiscard]] bool bright(int point) const { return pattern_.odd(point) != bright_origin_; }
   [[nodiscard]] TrackStatus estimate(std::span<const Coefficients<S>> starts);
   [[nodiscard]] bool drop_outliers();
