@@ -16,13 +16,13 @@ Scene parsed(const std::string& text) {
 }
 
 // The published prefix with a level of 80 mm. amplitude: mm of the first five modes; the higher ones move less.
-void set_waves(Scene& scene, int parameters, double amplitude, double faster = 1) {
+void set_waves(Scene& scene, int parameters, double amplitude) {
   static constexpr double kShare[12] = {1, 1, 1, 1, 1, 0.4, 0.4, 0.4, 0.15, 0.15, 0.15, 0.15};
   static constexpr double kHz[12] = {0.31, 0.83, 1.13, 0.97, 1.37, 1.61, 1.73, 1.51, 1.97, 2.03, 1.87, 1.91};
   scene.surface.modes = dsp::ModeList::standard(parameters).value();
   scene.motions.clear();
   for (int j = 0; j < parameters; ++j)
-    scene.motions.push_back({scene.surface.modes[j], j == 0 ? 80.0 : 0.0, amplitude * kShare[j], faster * kHz[j],
+    scene.motions.push_back({scene.surface.modes[j], j == 0 ? 80.0 : 0.0, amplitude * kShare[j], kHz[j],
                              0.7 + 1.9 * j});
 }
 
@@ -69,14 +69,21 @@ Scene hard_flume_scene() {
   scene.light.bright = 190;
   scene.light.gradient_percent = 40;
   scene.light.gradient_direction_rad = 0.5;
-  // Each spot blinds two or three corners of 231 at a time and wanders over the pattern.
-  scene.glare = {{300, 200, 260, 90, 11, 400}, {760, 330, -190, 140, 10, 400}, {980, 160, -70, -120, 11, 400}};
+  // Together they blind about seven of 231 corners at a time, and wander over the pattern.
+  scene.glare = {{330, 230, 120, 60, 15, 400}, {700, 250, 90, 100, 15, 400}, {850, 400, -120, -60, 15, 400}};
   return scene;
 }
 
 Scene fast_flume_scene() {
   Scene scene = default_scene();
-  set_waves(scene, 5, 3, 5);
+  // Slopes of 0.2 at 5 Hz. Faster and lower waves of the same speed could not be followed by anyone: within a frame
+  // they turn by more than a radian.
+  static constexpr double kAmplitude[5] = {3, 11.5, 15, 12.5, 18}, kHz[5] = {0.31, 5.1, 4.7, 5.0, 4.6};
+  set_waves(scene, 5, 1);
+  for (std::size_t j = 0; j < 5; ++j) {
+    scene.motions[j].amplitude_mm = kAmplitude[j];
+    scene.motions[j].frequency_hz = kHz[j];
+  }
   return scene;
 }
 
