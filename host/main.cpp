@@ -8,6 +8,7 @@
 #include "host/plot/command.hpp"
 #include "host/reconstruct/command.hpp"
 #include "host/simulate/command.hpp"
+#include "host/study/command.hpp"
 
 int main(int argc, char** argv) {
   CLI::App app{"Flume SRD, host side: receives, reconstructs, simulates, compares and plots water surfaces."};
@@ -19,6 +20,7 @@ int main(int argc, char** argv) {
   srd::host::add_simulate_command(app, exit_code);
   srd::host::add_compare_command(app, exit_code);
   srd::host::add_plot_command(app, exit_code);
+  srd::host::add_study_command(app, exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::RequiredError& error) {
@@ -26,7 +28,7 @@ int main(int argc, char** argv) {
       app.exit(error);
     } else {
       const srd::Problem problem{srd::Exit::kUsage, "unknown subcommand '" + app.remaining().front() + "'", "srd",
-                                 "listen, reconstruct, simulate, compare or plot", "", "srd --help"};
+                                 "listen, reconstruct, simulate, compare, plot or study", "", "srd --help"};
       std::cerr << problem.text();
     }
     return static_cast<int>(srd::Exit::kUsage);
