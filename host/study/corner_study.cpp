@@ -14,6 +14,7 @@ namespace srd::study {
 namespace {
 
 constexpr int kWidth = 960, kHeight = 600;  // px
+constexpr double kMargin = 24;                // px
 constexpr int kLeastWindow = 2, kMostWindow = 16;
 
 // A dry board, turned and in perspective: subpixel phases differ from corner to corner.
@@ -39,7 +40,7 @@ Scene board(const CornerConditions& conditions, int variant) {
   scene.noise = conditions.noise;
   const double x = (scene.pattern.rows - 1) * scene.pattern.square_mm / 2 + 0.3 * variant;
   const double y = (scene.pattern.columns - 1) * scene.pattern.square_mm / 2 - 0.2 * variant;
-  scene.pose = look_at({x + 120, y - 60, 990}, {x, y, 0}, 0.031 + 0.21 * variant).value();
+  scene.pose = look_at({x + 120, y - 60, 990}, {x, y, 0}, 0.031 + 0.07 * variant).value();
   return scene;
 }
 
@@ -95,7 +96,11 @@ Outcome<CornerRow> measure(const std::string& varied, const CornerConditions& co
     auto renderer = Renderer::make(scene);
     if (!renderer) return renderer.error();
     renderer->render(0, {pixels.data(), kWidth, kHeight, kWidth});
-    const auto truth = truth_pixels(scene, 0).value();
+    auto truth = truth_pixels(scene, 0).value();
+    // Windows of both must lie inside the image.
+    std::erase_if(truth, [](const dsp::Vec2<double>& at) {
+      return at.x() < kMargin || at.y() < kMargin || at.x() > kWidth - kMargin || at.y() > kHeight - kMargin;
+    });
     add_ours(image, truth, conditions, detector, sums);
     add_opencv(image, truth, most_window, sums);
   }
