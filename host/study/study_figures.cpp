@@ -55,7 +55,7 @@ void draw_corner_panel(host::Scene& scene, const Rectangle& area, const std::vec
     for (std::size_t i = 0; i < all.size(); ++i) y[i].push_back(row.*all[i].value);
   }
   const double room = 0.05 * (x.back() - x.front());
-  const Panel panel{area, {x.front() - room, x.back() + room}, {0.001, 0.3, true}};
+  const Panel panel{area, {x.front() - room, x.back() + room}, {0.001, 0.15, true}};
   const PanelLabels labels{.title = title, .x_label = title + ", " + unit, .y_label = "px rms per axis", .x_unit = unit,
                            .y_unit = "px"};
   host::draw_panel(scene, panel, labels);
