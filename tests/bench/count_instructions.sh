@@ -1,10 +1,12 @@
 #!/usr/bin/env bash
 # Instructions that one tracked frame takes on 64-bit ARM, from camera buffer to datagram: (2N frames - N frames) / N in
 # qemu, the same on every machine. Builds what it needs; toolchains/arm64_sysroot.sh makes the sysroot on the first run.
-# usage: tests/bench/count_instructions.sh [N]   (default 16; a frame of the sequence is 2 MB of memory)
+# usage: tests/bench/count_instructions.sh [--by-function] [N]   (default 16; a frame of the sequence is 2 MB of memory)
 set -euo pipefail
 
+by_function=false
 case ${1:-} in
+  --by-function) by_function=true; shift ;;
   -h | --help) sed -n 's/^# //p' "${BASH_SOURCE[0]}"; exit 0 ;;
 esac
 frames=${1:-16}
@@ -35,8 +37,12 @@ count() {
   INSTRUCTION_COUNT=$plugin.$1 QEMU_LD_PREFIX=build/arm64-sysroot \
     "$loader" --library-path "$libraries:$usr_libraries" "$qemu/usr/bin/qemu-aarch64" -plugin "$PWD/$plugin" \
     build/arm64-count/tests/bench/frame_instructions "$sequence" "$1" >&2
-  cat "$plugin.$1"
+  head -n 1 "$plugin.$1"
 }
 once=$(count "$frames")
 twice=$(count $((2 * frames)))
 echo "$(((twice - once) / frames)) instructions a frame"
+if $by_function; then
+  tests/bench/instructions_by_function.py build/arm64-count/tests/bench/frame_instructions \
+    "$plugin.$frames" "$plugin.$((2 * frames))" "$frames"
+fi
