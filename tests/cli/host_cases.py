@@ -209,6 +209,11 @@ TABLES = of_table(PLOT, "plot") + of_table(COMPARE, "compare") + [
     ("compare with a truth of other times", written(tables, "truth.csv", TRUTH.replace("0,0,", "0,5,").replace(",20000000,", ",7,")),
      COMPARE, INPUT, ["truth.csv", "time"]),
     ("compare beyond a limit without a model", tables, (*COMPARE, "--max-rms", "1"), USAGE, ["--max-rms", "--model"]),
+    ("study: no folder to write to", lambda b: None, ("srd", "study", "--quick"), USAGE, ["--out DIR"]),
+    ("study: a table is there", lambda b: b.write("out/corners.csv", "mine"), ("srd", "study", "--quick", "--out", "out"),
+     USAGE, ["corners.csv", "--force"]),
+    ("study: a file in the folder's place", lambda b: b.write("out", "mine"), ("srd", "study", "--quick", "--out", "out"),
+     INPUT, ["out", "folder"]),
     ("no subcommand", lambda b: None, ("srd",), USAGE, ["subcommand"]),
     ("unknown subcommand", lambda b: None, ("srd", "measure"), USAGE, ["measure"]),
 ]
