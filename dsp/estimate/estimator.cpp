@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "dsp/estimate/corner_problem.hpp"
-#include "dsp/estimate/damped_gauss_newton.hpp"
+#include "dsp/estimate/robust_fit.hpp"
 
 namespace srd::dsp {
 namespace {
@@ -13,7 +13,6 @@ namespace {
 constexpr int kDefaultIterations = 50;
 constexpr double kDefaultTolerance = 1e-9;
 constexpr double kHeldDeviation = 1e-4;  // mm, stated for a coefficient that equal bounds hold
-constexpr double kApproach = 1e-3;  // fall of the cost at which another metric takes over
 
 [[nodiscard]] bool valid_bounds(const EstimatorOptions& options, std::size_t n) {
   for (const std::vector<double>* list : {&options.scale, &options.lower, &options.upper}) {
@@ -65,6 +64,7 @@ Result<SurfaceEstimator<S>> SurfaceEstimator<S>::make(const SurfaceModel<S>& mod
   out.model_ = model;
   out.media_ = media;
   out.metric_ = options.metric;
+  out.loss_ = options.loss;
   const bool all_off = options.epsg <= 0 && options.epsf <= 0 && options.epsx <= 0 && options.max_iterations == 0;
   out.solver_.epsg = all_off ? kDefaultTolerance : options.epsg;
   out.solver_.epsf = all_off ? kDefaultTolerance : options.epsf;
@@ -78,6 +78,7 @@ Result<SurfaceEstimator<S>> SurfaceEstimator<S>::make(const SurfaceModel<S>& mod
   out.points_.assign(bottom_points.begin(), bottom_points.end());
   out.optics_ = Optics<Lanes<S>>::make(model, media);
   out.max_corners_ = static_cast<std::size_t>(max_corners);
+  out.sizes_.resize(out.max_corners_);
   out.groups_.resize(out.max_corners_ / Lanes<S>::kSize + kMaxCameras);
   return out;
 }
@@ -146,18 +147,17 @@ Stop SurfaceEstimator<S>::choose_start(std::span<const Coefficients<S>> starts, 
 template <class S>
 Stop SurfaceEstimator<S>::finish(CornerProblem<S>& problem, const Coefficients<double>& a,
                                  const NormalEquations& sums, Estimate<S>& out) {
-  const double corners = static_cast<double>(n_corners_);
   int held = 0;
   for (int i = 0; i < sums.n; ++i) held += is_held(i) ? 1 : 0;
-  const double freedom = 2 * corners - (sums.n - held);
   PixelErrors pixels;
   if (!problem.pixel_errors(a, sums, pixels)) return Stop::kNonFinite;
+  const double corners = pixels.corners, freedom = 2 * corners - (sums.n - held);
   const double factor = freedom > 0 ? pixels.weighted_squares / freedom : 0;
-  out.mean_error = static_cast<S>(sums.error / corners);
+  out.mean_error = static_cast<S>(pixels.error / corners);
   out.reprojection_rms = static_cast<S>(std::sqrt(pixels.squares / (2 * corners)));
   out.cost = static_cast<S>(sums.cost);
   out.variance_factor = static_cast<S>(factor);
-  out.corners_used = static_cast<int>(n_corners_);
+  out.corners_used = static_cast<int>(corners);
 
   // Exact features leave no residual to scale with; rounding of the pixels is then what is left.
   const double rounding = 1e3 * static_cast<double>(std::numeric_limits<S>::epsilon());
@@ -165,7 +165,7 @@ Stop SurfaceEstimator<S>::finish(CornerProblem<S>& problem, const Coefficients<d
   const bool sandwich = metric_ != Metric::kReprojection;
   InformationMatrix<double> middle;
   if (sandwich) middle = pixels.middle.matrix();
-  InformationMatrix<double> h = sums.matrix();
+  InformationMatrix<double> h = loss_ == Loss::kNone ? sums.matrix() : pixels.plain.matrix();
   // A held coefficient is known: as by an observation of its own, so that the others' deviations do not pay for it.
   for (int i = 0; i < sums.n; ++i)
     if (is_held(i)) {
@@ -190,7 +190,8 @@ Estimate<S> SurfaceEstimator<S>::estimate(std::span<const CameraObservations<S>>
   // Far from the surface the angle between normals falls again with the depth and leads to a wrong one; the disparity
   // difference does not. It chooses the start and brings the surface near.
   const bool approach = metric_ == Metric::kCollinearity;
-  CornerProblem<S> near(approach ? Metric::kDisparity : metric_, optics_, groups, n_corners_);
+  const std::span<double> sizes = std::span(sizes_).first(n_corners_);
+  CornerProblem<S> near(approach ? Metric::kDisparity : metric_, optics_, groups, sizes);
   out.stop = choose_start(starts, near, out.start_used);
   if (failed(out.stop)) return out;
 
@@ -199,7 +200,7 @@ Estimate<S> SurfaceEstimator<S>::estimate(std::span<const CameraObservations<S>>
   GaussNewtonOptions options = solver_;
   if (approach) {
     options.epsg = options.epsx = 0;
-    options.epsf = kApproach;
+    options.epsf = kApproachFall;
     const GaussNewtonSummary summary = DampedGaussNewton<CornerProblem<S>>(near, options).minimise(a, sums);
     out.stop = summary.stop;
     out.iterations = summary.iterations;
@@ -207,14 +208,17 @@ Estimate<S> SurfaceEstimator<S>::estimate(std::span<const CameraObservations<S>>
     options = solver_;
     options.max_iterations = std::max(1, options.max_iterations - out.iterations);
   }
-  CornerProblem<S> problem(metric_, optics_, groups, n_corners_);
+  CornerProblem<S> problem(metric_, optics_, groups, sizes);
   problem.start_from(a.template cast<S>());
-  const GaussNewtonSummary summary = DampedGaussNewton<CornerProblem<S>>(problem, options).minimise(a, sums);
+  const GaussNewtonSummary summary =
+      loss_ == Loss::kNone ? DampedGaussNewton<CornerProblem<S>>(problem, options).minimise(a, sums)
+                           : fit_robustly(problem, options, loss_, a, sums);
   out.stop = summary.stop;
   out.iterations += summary.iterations;
   out.at_bound = summary.at_bound;
   if (failed(out.stop)) return out;
   out.coefficients = a.template cast<S>();
+  if (loss_ != Loss::kNone) out.loss_scale = static_cast<S>(problem.loss().scale);
   out.stop = finish(problem, a, sums, out);
   return out;
 }

@@ -11,6 +11,7 @@
 #include "dsp/core/result.hpp"
 #include "dsp/estimate/gauss_newton_options.hpp"
 #include "dsp/estimate/information.hpp"
+#include "dsp/estimate/loss.hpp"
 #include "dsp/estimate/metric.hpp"
 #include "dsp/estimate/observation.hpp"
 #include "dsp/estimate/prepared_corner.hpp"
@@ -27,6 +28,7 @@ inline constexpr int kMaxCameras = 16;  // in one fit
 
 struct EstimatorOptions {
   Metric metric = Metric::kReprojection;
+  Loss loss = Loss::kNone;  // rho; its scale comes from the median of the frame's own residuals
   double epsg = 0;         // 0: off; all three off and maxits 0: defaults 1e-9 of each kind
   double epsf = 0;
   double epsx = 0;
@@ -45,14 +47,16 @@ struct Estimate {
   Coefficients<S> coefficients;        // mm
   InformationMatrix<S> information;    // 1/mm^2; inverse of the covariance (17)
   Coefficients<S> standard_deviation;  // mm; 1e-4 for coefficients that equal bounds hold
-  S mean_error = 0;                    // mean |e| over corners, in the metric's unit
-  S reprojection_rms = 0;              // px per axis, whatever the metric
-  S cost = 0;                          // sum of squared weighted residuals
+  S mean_error = 0;                    // mean |e| over the corners used, in the metric's unit
+  S reprojection_rms = 0;              // px per axis over the corners used, whatever the metric
+  S cost = 0;                          // sum of rho, of squared weighted residuals
+  S loss_scale = 0;                    // of one component of a weighted residual, as the loss took it; 0: no loss
   // s2: squared one-step pixel residuals in units of sigma over (residuals - parameters), whatever the metric; 1 when
-  // sigmas are right; 0 when there are no more residuals than parameters, and the covariance then takes s2 = 1.
+  // sigmas are right; 0 when there are no more residuals than parameters, and the covariance then takes s2 = 1. With a
+  // loss, psi over its mean derivative stands for the residuals.
   S variance_factor = 0;
   int iterations = 0;
-  int corners_used = 0;
+  int corners_used = 0;                // without those that Tukey's loss gives no weight
   int start_used = 0;                  // which of the starts was best
   bool at_bound = false;
 };
@@ -87,11 +91,13 @@ class SurfaceEstimator {
   SurfaceModel<S> model_;
   Media<S> media_;
   Metric metric_ = Metric::kReprojection;
+  Loss loss_ = Loss::kNone;
   GaussNewtonOptions solver_;
   std::vector<Vec3<S>> points_;
   Optics<Lanes<S>> optics_;
   std::array<View<Lanes<S>>, kMaxCameras> views_;
   std::vector<PreparedCorner<Lanes<S>>> groups_;  // room for max_corners, each camera's last group filled up
+  std::vector<double> sizes_;  // of the residuals, one a corner
   std::size_t max_corners_ = 0, n_corners_ = 0, n_groups_ = 0;
 };
 

@@ -179,6 +179,8 @@ void read_estimator(TomlTable estimator, NodeConfig& config) {
     e.metric = *metric == "disparity"      ? dsp::Metric::kDisparity
                : *metric == "collinearity" ? dsp::Metric::kCollinearity
                                            : dsp::Metric::kReprojection;
+  if (auto loss = estimator.choice("loss", {"none", "huber", "tukey"}))
+    e.loss = *loss == "huber" ? dsp::Loss::kHuber : *loss == "tukey" ? dsp::Loss::kTukey : dsp::Loss::kNone;
   set(e.epsg, estimator.number("epsg", {0, 1}));
   set(e.epsf, estimator.number("epsf", {0, 1}));
   set(e.epsx, estimator.number("epsx", {0, 1}));

@@ -19,6 +19,15 @@ TEST(NodeConfig, FillsInDefaults) {
   EXPECT_TRUE(config->host.empty());
 }
 
+TEST(NodeConfig, TakesALoss) {
+  for (const auto& [word, loss] : {std::pair{"none", dsp::Loss::kNone}, std::pair{"huber", dsp::Loss::kHuber},
+                                   std::pair{"tukey", dsp::Loss::kTukey}}) {
+    const auto config = NodeConfig::parse(std::string(kMinimal) + "[estimator]\nloss = \"" + word + "\"\n", "node.toml");
+    ASSERT_TRUE(config.ok()) << config.error().text();
+    EXPECT_EQ(config->estimator.loss, loss);
+  }
+}
+
 struct Wrong {
   const char* text;
   std::vector<const char*> said;
@@ -48,6 +57,7 @@ TEST(NodeConfig, SaysWhatIsWrongWhere) {
       {"[surface]\nguess_mm = [80]\n[pattern]\nrows = 5\n", {"pattern.columns", "pattern.square_mm", "missing"}},
       {"[surface]\nguess_mm = [80]\n[node]\nid = \"a b\"\n", {"node.id", "a b"}},
       {"[surface]\nguess_mm = [80]\n[estimator]\nmetric = \"best\"\n", {"metric", "reprojection"}},
+      {"[surface]\nguess_mm = [80]\n[estimator]\nloss = \"cauchy\"\n", {"n.toml:4", "estimator.loss", "huber", "cauchy"}},
       {"[surface\n", {"n.toml:1"}},
   };
   for (const Wrong& wrong : cases) {
