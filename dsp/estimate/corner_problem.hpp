@@ -24,20 +24,21 @@ struct PixelErrors {
   NormalEquations middle;       // of the sandwich (17); not for reprojection
 };
 
-// S: scalar. Corners come in groups that fill the lanes; lanes without a corner repeat one with weight 0.
+// S: scalar. Parameters are the coefficients, then the index of water when the optics say that it is free; the optics
+// keep the index that was evaluated last. Corners come in groups that fill the lanes; lanes without a corner repeat one with weight 0.
 template <class S>
 class CornerProblem {
  public:
   using T = Lanes<S>;
 
   // sizes: workspace, as long as there are corners.
-  CornerProblem(Metric metric, const Optics<T>& optics, std::span<PreparedCorner<T>> groups, std::span<double> sizes)
+  CornerProblem(Metric metric, Optics<T>& optics, std::span<PreparedCorner<T>> groups, std::span<double> sizes)
       : metric_(metric), optics_(optics), groups_(groups), n_corners_(sizes.size()), sizes_(sizes) {}
 
   // False: some corner has no residual on this surface.
   [[nodiscard]] bool evaluate(const Coefficients<double>& coefficients, NormalEquations& out) {
     const Coefficients<T> a = in_lanes(coefficients);
-    out.reset(static_cast<int>(a.size()));
+    out.reset(static_cast<int>(coefficients.size()));
     NormalSums<T> sums(out.n);
     for (PreparedCorner<T>& group : groups_) {
       CornerResidual<T> term;
@@ -120,7 +121,7 @@ class CornerProblem {
       Mat2<T> e_q, q_e;
       if (!residual(a, group, &basis_, term, &e_q) || !invert(e_q, q_e)) return false;
       add_errors(q_e * term.e, group.weight, pixels);
-      middle.add(pushed(term, e_q), basis_, group.weight);
+      middle.add(pushed(term, e_q, optics_.free_index), basis_, group.weight);
     }
     middle.total(out.middle);
     out.squares = pixels.squares;
@@ -132,9 +133,11 @@ class CornerProblem {
   static constexpr std::size_t kSampledCorners = 48;  // enough to tell surfaces apart
 
   template <class Number>
-  [[nodiscard]] static Coefficients<T> in_lanes(const Coefficients<Number>& a) {
-    Coefficients<T> out(a.size());
-    for (Eigen::Index i = 0; i < a.size(); ++i) out[i] = T(a[i]);
+  [[nodiscard]] Coefficients<T> in_lanes(const Coefficients<Number>& a) {
+    const Eigen::Index modes = optics_.model.modes.size();
+    if (optics_.free_index && a.size() > modes) optics_.media.water = T(a[modes]);
+    Coefficients<T> out(modes);
+    for (Eigen::Index i = 0; i < modes; ++i) out[i] = T(a[i]);
     return out;
   }
 
@@ -195,7 +198,7 @@ class CornerProblem {
         derivative += (value.weight + value.derivative) / 2;  // mean over the directions of a residual
       }
       plain.add(term, basis_, weight);
-      if (ray) middle.add(pushed(term, e_q), basis_, weight);
+      if (ray) middle.add(pushed(term, e_q, optics_.free_index), basis_, weight);
     }
     plain.total(out.plain);
     middle.total(out.middle);
@@ -222,7 +225,7 @@ class CornerProblem {
   }
 
   Metric metric_;
-  const Optics<T>& optics_;
+  Optics<T>& optics_;
   std::span<PreparedCorner<T>> groups_;
   std::size_t n_corners_;
   std::span<double> sizes_;

@@ -26,6 +26,9 @@ constexpr double kHeldDeviation = 1e-4;  // mm, stated for a coefficient that eq
     if (!(options.lower[i] <= options.upper[i])) return false;
   for (const double x : {options.epsg, options.epsf, options.epsx})
     if (!(x >= 0) || !std::isfinite(x)) return false;
+  if (options.free_index && !(options.index_lower > 0.5 && options.index_lower <= options.index_upper &&
+                              std::isfinite(options.index_upper) && options.index_most_deviation > 0))
+    return false;
   return options.max_iterations >= 0;
 }
 
@@ -41,6 +44,18 @@ template <class S>
     if (!(layer.thickness >= 0) || !(layer.index > 0) || !std::isfinite(layer.thickness + layer.index)) return false;
   }
   return true;
+}
+
+constexpr double kIndexScale = 0.01;  // of water, where coefficients have scales
+
+// One more number for the index of water. others: of the coefficients where none are given; NaN: leave the list empty.
+void append(double last, double others, Eigen::Index modes, Coefficients<double>& list) {
+  if (list.size() == 0) {
+    if (std::isnan(others)) return;
+    list.setConstant(modes, others);
+  }
+  list.conservativeResize(modes + 1);
+  list[modes] = last;
 }
 
 [[nodiscard]] Coefficients<double> as_coefficients(const std::vector<double>& list) {
@@ -73,10 +88,19 @@ Result<SurfaceEstimator<S>> SurfaceEstimator<S>::make(const SurfaceModel<S>& mod
   out.solver_.scale = as_coefficients(options.scale);
   out.solver_.lower = as_coefficients(options.lower);
   out.solver_.upper = as_coefficients(options.upper);
+  if (options.free_index) {
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    const Eigen::Index modes = model.modes.size();
+    append(kIndexScale, std::numeric_limits<double>::quiet_NaN(), modes, out.solver_.scale);
+    append(options.index_lower, -kFar, modes, out.solver_.lower);
+    append(options.index_upper, kFar, modes, out.solver_.upper);
+    out.index_most_deviation_ = options.index_most_deviation;
+  }
   out.solver_.deadline = options.deadline;
   out.solver_.deadline_context = options.deadline_context;
   out.points_.assign(bottom_points.begin(), bottom_points.end());
   out.optics_ = Optics<Lanes<S>>::make(model, media);
+  out.optics_.free_index = options.free_index;
   out.max_corners_ = static_cast<std::size_t>(max_corners);
   out.sizes_.resize(out.max_corners_);
   out.groups_.resize(out.max_corners_ / Lanes<S>::kSize + kMaxCameras);
@@ -119,7 +143,7 @@ Stop SurfaceEstimator<S>::prepare_corners(std::span<const CameraObservations<S>>
       ++n_corners_;
     }
   }
-  return 2 * n_corners_ < static_cast<std::size_t>(model_.modes.size()) ? Stop::kTooFewCorners : Stop::kGradient;
+  return 2 * n_corners_ < static_cast<std::size_t>(parameters()) ? Stop::kTooFewCorners : Stop::kGradient;
 }
 
 template <class S>
@@ -174,16 +198,61 @@ Stop SurfaceEstimator<S>::finish(CornerProblem<S>& problem, const Coefficients<d
       if (sandwich) middle(i, i) += known;
     }
   Uncertainty uncertainty;
-  if (!uncertainty_of(h, sandwich ? &middle : nullptr, s2, uncertainty)) return Stop::kSingular;
+  const int modes = model_.modes.size();
+  const bool determined = uncertainty_of(h, sandwich ? &middle : nullptr, s2, modes, uncertainty);
+  out.rank = uncertainty.rank;
+  if (!determined) {
+    // The index comes last: when it alone is missing, the coefficients without it are all right.
+    const RankReport& rank = out.rank;
+    const int last = rank.n_dependences - 1;
+    const bool index_only = optics_.free_index && rank.rank == modes && last >= 0 &&
+                            rank.dependences[static_cast<std::size_t>(last)].parameter == modes;
+    return index_only ? Stop::kIndexUndetermined : Stop::kSingular;
+  }
+  if (optics_.free_index)
+    if (const Stop stop = take_index(a, h, s2, uncertainty, out); failed(stop)) return stop;
   out.information = uncertainty.information.template cast<S>();
   out.standard_deviation = uncertainty.standard_deviation.template cast<S>();
   return out.stop;
 }
 
 template <class S>
+Stop SurfaceEstimator<S>::take_index(const Coefficients<double>& a, const InformationMatrix<double>& h, double s2,
+                                     Uncertainty& uncertainty, Estimate<S>& out) const {
+  const Eigen::Index modes = model_.modes.size();
+  const double deviation = uncertainty.standard_deviation[modes];
+  out.index = static_cast<S>(a[modes]);
+  out.index_deviation = static_cast<S>(deviation);
+  // Exact corners would determine anything: judged by what real ones could do.
+  double sigma2 = 0;  // mean of the corners' own
+  for (std::size_t i = 0; i < n_groups_; ++i)
+    for (int lane = 0; lane < Lanes<S>::kSize; ++lane)
+      if (const double weight = static_cast<double>(groups_[i].weight[lane]); weight > 0)
+        sigma2 += 1 / (weight * weight * static_cast<double>(n_corners_));
+  const double least_s2 = kLeastScatterPx * kLeastScatterPx / sigma2;
+  const double judged = deviation * std::sqrt(std::max(1.0, least_s2 / s2));
+  const Dependence dependence = dependence_of_last(h);
+  if (!(dependence.pivot > kIndexPivot) || !(judged <= index_most_deviation_)) {
+    if (dependence.pivot > kNearlyDependent)  // else it is there already
+      out.rank.dependences[static_cast<std::size_t>(out.rank.n_dependences++)] = dependence;
+    return Stop::kIndexUndetermined;
+  }
+  // What is known of the coefficients when the index is not.
+  const InformationMatrix<double>& all = uncertainty.information;
+  const Coefficients<double> shared = all.col(modes).head(modes);
+  InformationMatrix<double> own = all.topLeftCorner(modes, modes);
+  own -= shared.lazyProduct(shared.transpose()) / all(modes, modes);
+  uncertainty.information = own;
+  uncertainty.standard_deviation.conservativeResize(modes);
+  return Stop::kGradient;
+}
+
+template <class S>
 Estimate<S> SurfaceEstimator<S>::estimate(std::span<const CameraObservations<S>> cameras,
-                                          std::span<const Coefficients<S>> starts) {
+                                          std::span<const Coefficients<S>> starts, bool timed) {
   Estimate<S> out;
+  out.index = media_.water;
+  optics_.media.water = Lanes<S>(media_.water);
   out.stop = prepare_corners(cameras);
   if (failed(out.stop)) return out;
   const std::span<PreparedCorner<Lanes<S>>> groups = std::span(groups_).first(n_groups_);
@@ -197,7 +266,16 @@ Estimate<S> SurfaceEstimator<S>::estimate(std::span<const CameraObservations<S>>
 
   Coefficients<double> a = starts[static_cast<std::size_t>(out.start_used)].template cast<double>();
   NormalEquations sums;
-  GaussNewtonOptions options = solver_;
+  if (optics_.free_index) {
+    a.conservativeResize(a.size() + 1);
+    a[a.size() - 1] = static_cast<double>(media_.water);
+  }
+  const auto limits = [&] {
+    GaussNewtonOptions made = solver_;
+    if (!timed) made.deadline = nullptr;
+    return made;
+  };
+  GaussNewtonOptions options = limits();
   if (approach) {
     options.epsg = options.epsx = 0;
     options.epsf = kApproachFall;
@@ -205,7 +283,7 @@ Estimate<S> SurfaceEstimator<S>::estimate(std::span<const CameraObservations<S>>
     out.stop = summary.stop;
     out.iterations = summary.iterations;
     if (failed(out.stop)) return out;
-    options = solver_;
+    options = limits();
     options.max_iterations = std::max(1, options.max_iterations - out.iterations);
   }
   CornerProblem<S> problem(metric_, optics_, groups, sizes);
@@ -217,9 +295,10 @@ Estimate<S> SurfaceEstimator<S>::estimate(std::span<const CameraObservations<S>>
   out.iterations += summary.iterations;
   out.at_bound = summary.at_bound;
   if (failed(out.stop)) return out;
-  out.coefficients = a.template cast<S>();
+  out.coefficients = a.head(model_.modes.size()).template cast<S>();
   if (loss_ != Loss::kNone) out.loss_scale = static_cast<S>(problem.loss().scale);
   out.stop = finish(problem, a, sums, out);
+  if (optics_.free_index && !failed(out.stop)) media_.water = out.index;
   return out;
 }
 

@@ -37,12 +37,13 @@ struct Optics {
   // Newton's error after a step of x mm is about x^2 10 / min(Lx, Ly) (curvature of the map over one mode's length):
   // below this step the next one would be under 1e-10 mm (double) or 1e-5 mm (float) and is not made.
   T last_step = 0;
+  bool free_index = false;  // the index of water is estimated too: residuals give their derivative by it
 
   template <class S>
   static Optics make(const SurfaceModel<S>& model, const Media<S>& media) {
     const double error = sizeof(S) > sizeof(float) ? 1e-10 : 1e-5;
     const double length = static_cast<double>(std::min(model.lx, model.ly));
-    return {model.template cast<T>(), media.template cast<T>(), static_cast<T>(std::sqrt(error * length / 10))};
+    return {model.template cast<T>(), media.template cast<T>(), static_cast<T>(std::sqrt(error * length / 10)), false};
   }
 };
 

@@ -25,7 +25,7 @@ template <class S>
     const S per_distance = 1 / from_camera.norm();
     const Vec3<S> d = from_camera * per_distance;
     Crossing<S> crossing;
-    if (!cross(d, at.zx, at.zy, height, optics.media, true, crossing)) return false;
+    if (!cross(d, at.zx, at.zy, height, optics.media, true, crossing, optics.free_index)) return false;
     // dd = (I - d d')/t dp, so d offset/dp through the direction, for p = (foot, height):
     const Mat23<S> by_p = (crossing.by_direction - (crossing.by_direction * d) * d.transpose()) * per_distance;
     const Vec2<S> by_height = crossing.by_height + by_p.col(2);
@@ -64,6 +64,7 @@ template <class S>
     const Mat2<S> e_b = -(pixel_foot * inverse);
     out.by_height = pixel_p.col(2) + e_b * by_height;
     out.by_slope = e_b * crossing.by_slope;
+    if (optics.free_index) out.by_index = e_b * crossing.by_index;
     return true;
   }
   return false;
