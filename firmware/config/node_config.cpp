@@ -185,6 +185,7 @@ void read_estimator(TomlTable estimator, NodeConfig& config) {
   set(e.epsf, estimator.number("epsf", {0, 1}));
   set(e.epsx, estimator.number("epsx", {0, 1}));
   set(e.max_iterations, estimator.integer("max_iterations", {0, 1000}));
+  config.deadline_us = estimator.integer("deadline_us", {1, 1e9, "us"});
 }
 
 }  // namespace
