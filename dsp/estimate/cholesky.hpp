@@ -9,11 +9,6 @@
 
 namespace srd::dsp {
 
-// A coefficient counts as undetermined when a pivot of the unit-diagonal matrix, 1 - R^2 of its derivatives on those
-// of the others, is no more than this: its standard deviation would be over 300 times what it is alone. Full patterns
-// have pivots above 1e-3 even with 24 modes; rounding of float derivatives reaches 1e-6.
-inline constexpr double kRankThreshold = 1e-5;
-
 class ScaledCholesky {
  public:
   // Factors P' D^-1 A D^-1 P = L L' with D^2 = diag(A). False: a diagonal entry that is not positive and finite.

@@ -12,6 +12,7 @@ struct CornerResidual {
   Vec2<T> e;
   Vec2<T> by_height;
   Mat2<T> by_slope;
+  Vec2<T> by_index;  // de by the index of water; set when the optics say that it is free
 };
 
 }  // namespace srd::dsp

@@ -1,33 +1,56 @@
 // How sure an estimate is. Optics (17).
 #pragma once
 
+#include <limits>
+
 #include "dsp/estimate/cholesky.hpp"
+#include "dsp/estimate/rank_report.hpp"
 
 namespace srd::dsp {
 
 // The middle of the sandwich H^-1 M H^-1 is, for unit variance factor and with B = de/dq, w = 1/sigma,
 // M = sum J' w2 (B B' sigma2) w2 J = sum (w B'J)' (w B'J): the normal matrix of residuals pushed back through B.
 template <class T>
-[[nodiscard]] CornerResidual<T> pushed(const CornerResidual<T>& residual, const Mat2<T>& e_q) {
+[[nodiscard]] CornerResidual<T> pushed(const CornerResidual<T>& residual, const Mat2<T>& e_q, bool free_index) {
   CornerResidual<T> out;
   out.e = Vec2<T>(0, 0);
   out.by_height = e_q.transpose() * residual.by_height;
   out.by_slope = e_q.transpose() * residual.by_slope;
+  if (free_index) out.by_index = e_q.transpose() * residual.by_index;
   return out;
 }
 
 struct Uncertainty {
   InformationMatrix<double> information;     // 1/mm^2
   Coefficients<double> standard_deviation;  // mm
+  RankReport rank;
 };
 
+// Of h scaled to a unit diagonal, in the 1-norm.
+[[nodiscard]] inline double condition_of(const InformationMatrix<double>& h, const InformationMatrix<double>& inverse) {
+  const Coefficients<double> root = h.diagonal().cwiseSqrt();
+  double most = 0, most_inverse = 0;
+  for (Eigen::Index i = 0; i < h.rows(); ++i) {
+    most = std::max(most, h.col(i).cwiseAbs().cwiseQuotient(root).sum() / root[i]);
+    most_inverse = std::max(most_inverse, inverse.col(i).cwiseAbs().cwiseProduct(root).sum() * root[i]);
+  }
+  return most * most_inverse;
+}
+
 // h: J'WJ; middle: of the sandwich, null where residuals are weighted by their own covariance (reprojection); s2:
-// variance factor > 0. False: a pivot of the scaled h is no more than kRankThreshold.
+// variance factor > 0; modes: how many of the parameters are modes. False: a pivot of the scaled h is no more than
+// kRankThreshold, as the rank then says.
 [[nodiscard]] inline bool uncertainty_of(const InformationMatrix<double>& h, const InformationMatrix<double>* middle,
-                                         double s2, Uncertainty& out) {
+                                         double s2, int modes, Uncertainty& out) {
   ScaledCholesky factors;
-  if (!factors.factor(h) || !(factors.smallest_pivot() > kRankThreshold)) return false;
+  const bool factored = factors.factor(h);
+  out.rank = {};
+  out.rank.parameters = out.rank.rank = static_cast<int>(h.rows());
+  out.rank.condition = std::numeric_limits<double>::infinity();
+  if (!factored || !(factors.smallest_pivot() > kNearlyDependent)) find_dependences(h, modes, out.rank);
+  if (!factored || !(factors.smallest_pivot() > kRankThreshold) || out.rank.singular()) return false;
   const InformationMatrix<double> inverse = factors.inverse();
+  out.rank.condition = condition_of(h, inverse);
   InformationMatrix<double> covariance = s2 * inverse;
   if (middle == nullptr) {
     out.information = h / s2;

@@ -150,7 +150,7 @@ class DampedGaussNewton {
     const Eigen::Index n = a.size();
     matrix_ = sums.matrix();
     step_ = Coefficients<double>::Zero(n);
-    std::array<bool, kMaxModes> fixed{};
+    std::array<bool, kMaxParameters> fixed{};
     Eigen::Index free = 0;
     for (Eigen::Index i = 0; i < n; ++i) {
       fixed[static_cast<std::size_t>(i)] = held(a, sums, i);

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "dsp/estimate/corner_problem.hpp"
-#include "dsp/estimate/damped_gauss_newton.hpp"
+#include "dsp/estimate/robust_fit.hpp"
 
 namespace srd::dsp {
 namespace {
@@ -16,7 +16,6 @@ constexpr double kDefaultTolerance = 1e-9;
 // number: below what a second evaluation of all corners is worth. Exact corners go on, since their cost falls to nothing.
 constexpr double kDefaultCostTolerance = 1e-6;
 constexpr double kHeldDeviation = 1e-4;  // mm, stated for a coefficient that equal bounds hold
-constexpr double kApproach = 1e-3;  // fall of the cost at which another metric takes over
 
 [[nodiscard]] bool valid_bounds(const EstimatorOptions& options, std::size_t n) {
   for (const std::vector<double>* list : {&options.scale, &options.lower, &options.upper}) {
@@ -30,6 +29,9 @@ constexpr double kApproach = 1e-3;  // fall of the cost at which another metric 
     if (!(options.lower[i] <= options.upper[i])) return false;
   for (const double x : {options.epsg, options.epsf, options.epsx})
     if (!(x >= 0) || !std::isfinite(x)) return false;
+  if (options.free_index && !(options.index_lower > 0.5 && options.index_lower <= options.index_upper &&
+                              std::isfinite(options.index_upper) && options.index_most_deviation > 0))
+    return false;
   return options.max_iterations >= 0;
 }
 
@@ -45,6 +47,18 @@ template <class S>
     if (!(layer.thickness >= 0) || !(layer.index > 0) || !std::isfinite(layer.thickness + layer.index)) return false;
   }
   return true;
+}
+
+constexpr double kIndexScale = 0.01;  // of water, where coefficients have scales
+
+// One more number for the index of water. others: of the coefficients where none are given; NaN: leave the list empty.
+void append(double last, double others, Eigen::Index modes, Coefficients<double>& list) {
+  if (list.size() == 0) {
+    if (std::isnan(others)) return;
+    list.setConstant(modes, others);
+  }
+  list.conservativeResize(modes + 1);
+  list[modes] = last;
 }
 
 [[nodiscard]] Coefficients<double> as_coefficients(const std::vector<double>& list) {
@@ -68,6 +82,7 @@ Result<SurfaceEstimator<S>> SurfaceEstimator<S>::make(const SurfaceModel<S>& mod
   out.model_ = model;
   out.media_ = media;
   out.metric_ = options.metric;
+  out.loss_ = options.loss;
   const bool all_off = options.epsg <= 0 && options.epsf <= 0 && options.epsx <= 0 && options.max_iterations == 0;
   out.solver_.epsg = all_off ? kDefaultTolerance : options.epsg;
   out.solver_.epsf = all_off ? kDefaultCostTolerance : options.epsf;
@@ -76,11 +91,21 @@ Result<SurfaceEstimator<S>> SurfaceEstimator<S>::make(const SurfaceModel<S>& mod
   out.solver_.scale = as_coefficients(options.scale);
   out.solver_.lower = as_coefficients(options.lower);
   out.solver_.upper = as_coefficients(options.upper);
+  if (options.free_index) {
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    const Eigen::Index modes = model.modes.size();
+    append(kIndexScale, std::numeric_limits<double>::quiet_NaN(), modes, out.solver_.scale);
+    append(options.index_lower, -kFar, modes, out.solver_.lower);
+    append(options.index_upper, kFar, modes, out.solver_.upper);
+    out.index_most_deviation_ = options.index_most_deviation;
+  }
   out.solver_.deadline = options.deadline;
   out.solver_.deadline_context = options.deadline_context;
   out.points_.assign(bottom_points.begin(), bottom_points.end());
   out.optics_ = Optics<Lanes<S>>::make(model, media);
+  out.optics_.free_index = options.free_index;
   out.max_corners_ = static_cast<std::size_t>(max_corners);
+  out.sizes_.resize(out.max_corners_);
   out.groups_.resize(out.max_corners_ / Lanes<S>::kSize + kMaxCameras);
   return out;
 }
@@ -121,7 +146,7 @@ Stop SurfaceEstimator<S>::prepare_corners(std::span<const CameraObservations<S>>
       ++n_corners_;
     }
   }
-  return 2 * n_corners_ < static_cast<std::size_t>(model_.modes.size()) ? Stop::kTooFewCorners : Stop::kGradient;
+  return 2 * n_corners_ < static_cast<std::size_t>(parameters()) ? Stop::kTooFewCorners : Stop::kGradient;
 }
 
 template <class S>
@@ -149,18 +174,17 @@ Stop SurfaceEstimator<S>::choose_start(std::span<const Coefficients<S>> starts, 
 template <class S>
 Stop SurfaceEstimator<S>::finish(CornerProblem<S>& problem, const Coefficients<double>& a,
                                  const NormalEquations& sums, Estimate<S>& out) {
-  const double corners = static_cast<double>(n_corners_);
   int held = 0;
   for (int i = 0; i < sums.n; ++i) held += is_held(i) ? 1 : 0;
-  const double freedom = 2 * corners - (sums.n - held);
   PixelErrors pixels;
   if (!problem.pixel_errors(a, sums, pixels)) return Stop::kNonFinite;
+  const double corners = pixels.corners, freedom = 2 * corners - (sums.n - held);
   const double factor = freedom > 0 ? pixels.weighted_squares / freedom : 0;
-  out.mean_error = static_cast<S>(sums.error / corners);
+  out.mean_error = static_cast<S>(pixels.error / corners);
   out.reprojection_rms = static_cast<S>(std::sqrt(pixels.squares / (2 * corners)));
   out.cost = static_cast<S>(sums.cost);
   out.variance_factor = static_cast<S>(factor);
-  out.corners_used = static_cast<int>(n_corners_);
+  out.corners_used = static_cast<int>(corners);
 
   // Exact features leave no residual to scale with; rounding of the pixels is then what is left.
   const double rounding = 1e3 * static_cast<double>(std::numeric_limits<S>::epsilon());
@@ -168,7 +192,7 @@ Stop SurfaceEstimator<S>::finish(CornerProblem<S>& problem, const Coefficients<d
   const bool sandwich = metric_ != Metric::kReprojection;
   InformationMatrix<double> middle;
   if (sandwich) middle = pixels.middle.matrix();
-  InformationMatrix<double> h = sums.matrix();
+  InformationMatrix<double> h = loss_ == Loss::kNone ? sums.matrix() : pixels.plain.matrix();
   // A held coefficient is known: as by an observation of its own, so that the others' deviations do not pay for it.
   for (int i = 0; i < sums.n; ++i)
     if (is_held(i)) {
@@ -177,7 +201,19 @@ Stop SurfaceEstimator<S>::finish(CornerProblem<S>& problem, const Coefficients<d
       if (sandwich) middle(i, i) += known;
     }
   Uncertainty uncertainty;
-  if (!uncertainty_of(h, sandwich ? &middle : nullptr, s2, uncertainty)) return Stop::kSingular;
+  const int modes = model_.modes.size();
+  const bool determined = uncertainty_of(h, sandwich ? &middle : nullptr, s2, modes, uncertainty);
+  out.rank = uncertainty.rank;
+  if (!determined) {
+    // The index comes last: when it alone is missing, the coefficients without it are all right.
+    const RankReport& rank = out.rank;
+    const int last = rank.n_dependences - 1;
+    const bool index_only = optics_.free_index && rank.rank == modes && last >= 0 &&
+                            rank.dependences[static_cast<std::size_t>(last)].parameter == modes;
+    return index_only ? Stop::kIndexUndetermined : Stop::kSingular;
+  }
+  if (optics_.free_index)
+    if (const Stop stop = take_index(a, h, s2, uncertainty, out); failed(stop)) return stop;
   out.information = uncertainty.information.template cast<S>();
   out.standard_deviation = uncertainty.standard_deviation.template cast<S>();
   return out.stop;
@@ -193,46 +229,93 @@ void SurfaceEstimator<S>::error_sizes(std::span<S> out) const {
 }
 
 template <class S>
+Stop SurfaceEstimator<S>::take_index(const Coefficients<double>& a, const InformationMatrix<double>& h, double s2,
+                                     Uncertainty& uncertainty, Estimate<S>& out) const {
+  const Eigen::Index modes = model_.modes.size();
+  const double deviation = uncertainty.standard_deviation[modes];
+  out.index = static_cast<S>(a[modes]);
+  out.index_deviation = static_cast<S>(deviation);
+  // Exact corners would determine anything: judged by what real ones could do.
+  double sigma2 = 0;  // mean of the corners' own
+  for (std::size_t i = 0; i < n_groups_; ++i)
+    for (int lane = 0; lane < Lanes<S>::kSize; ++lane)
+      if (const double weight = static_cast<double>(groups_[i].weight[lane]); weight > 0)
+        sigma2 += 1 / (weight * weight * static_cast<double>(n_corners_));
+  const double least_s2 = kLeastScatterPx * kLeastScatterPx / sigma2;
+  const double judged = deviation * std::sqrt(std::max(1.0, least_s2 / s2));
+  const Dependence dependence = dependence_of_last(h);
+  if (!(dependence.pivot > kIndexPivot) || !(judged <= index_most_deviation_)) {
+    if (dependence.pivot > kNearlyDependent)  // else it is there already
+      out.rank.dependences[static_cast<std::size_t>(out.rank.n_dependences++)] = dependence;
+    return Stop::kIndexUndetermined;
+  }
+  // What is known of the coefficients when the index is not.
+  const InformationMatrix<double>& all = uncertainty.information;
+  const Coefficients<double> shared = all.col(modes).head(modes);
+  InformationMatrix<double> own = all.topLeftCorner(modes, modes);
+  own -= shared.lazyProduct(shared.transpose()) / all(modes, modes);
+  uncertainty.information = own;
+  uncertainty.standard_deviation.conservativeResize(modes);
+  return Stop::kGradient;
+}
+
+template <class S>
 Estimate<S> SurfaceEstimator<S>::estimate(std::span<const CameraObservations<S>> cameras,
-                                          std::span<const Coefficients<S>> starts) {
+                                          std::span<const Coefficients<S>> starts, bool timed) {
   Estimate<S> out;
+  out.index = media_.water;
+  optics_.media.water = Lanes<S>(media_.water);
   out.stop = prepare_corners(cameras);
   if (failed(out.stop)) return out;
   const std::span<PreparedCorner<Lanes<S>>> groups = std::span(groups_).first(n_groups_);
   // Far from the surface the angle between normals falls again with the depth and leads to a wrong one; the disparity
   // difference does not. It chooses the start and brings the surface near.
   const bool approach = metric_ == Metric::kCollinearity;
-  CornerProblem<S> near(approach ? Metric::kDisparity : metric_, optics_, groups, n_corners_);
+  const std::span<double> sizes = std::span(sizes_).first(n_corners_);
+  CornerProblem<S> near(approach ? Metric::kDisparity : metric_, optics_, groups, sizes);
   out.stop = choose_start(starts, near, out.start_used);
   if (failed(out.stop)) return out;
 
   Coefficients<double> a = starts[static_cast<std::size_t>(out.start_used)].template cast<double>();
   NormalEquations sums;
-  GaussNewtonOptions options = solver_;
+  if (optics_.free_index) {
+    a.conservativeResize(a.size() + 1);
+    a[a.size() - 1] = static_cast<double>(media_.water);
+  }
+  const auto limits = [&] {
+    GaussNewtonOptions made = solver_;
+    if (!timed) made.deadline = nullptr;
+    return made;
+  };
+  GaussNewtonOptions options = limits();
   if (approach) {
     options.epsg = options.epsx = 0;
-    options.epsf = kApproach;
+    options.epsf = kApproachFall;
     const GaussNewtonSummary summary = DampedGaussNewton<CornerProblem<S>>(near, options).minimise(a, sums);
     out.stop = summary.stop;
     out.iterations = summary.iterations;
     if (failed(out.stop)) return out;
-    options = solver_;
+    options = limits();
     options.max_iterations = std::max(1, options.max_iterations - out.iterations);
   }
-  CornerProblem<S> problem(metric_, optics_, groups, n_corners_);
+  CornerProblem<S> problem(metric_, optics_, groups, sizes);
   problem.start_from(a.template cast<S>());
-  const GaussNewtonSummary summary = DampedGaussNewton<CornerProblem<S>>(problem, options).minimise(a, sums);
+  const GaussNewtonSummary summary =
+      loss_ == Loss::kNone ? DampedGaussNewton<CornerProblem<S>>(problem, options).minimise(a, sums)
+                           : fit_robustly(problem, options, loss_, a, sums);
   out.stop = summary.stop;
   out.iterations += summary.iterations;
   out.at_bound = summary.at_bound;
   if (failed(out.stop)) return out;
-  out.coefficients = a.template cast<S>();
+  out.coefficients = a.head(model_.modes.size()).template cast<S>();
   // The corners' errors are those of the last evaluation.
   if (summary.refused && !problem.evaluate(a, sums)) {
     out.stop = Stop::kOutOfDomain;
     return out;
   }
+  if (loss_ != Loss::kNone) out.loss_scale = static_cast<S>(problem.loss().scale);
   out.stop = finish(problem, a, sums, out);
+  if (optics_.free_index && !failed(out.stop)) media_.water = out.index;
   return out;
 }
 

@@ -11,9 +11,11 @@
 #include "dsp/core/result.hpp"
 #include "dsp/estimate/gauss_newton_options.hpp"
 #include "dsp/estimate/information.hpp"
+#include "dsp/estimate/loss.hpp"
 #include "dsp/estimate/metric.hpp"
 #include "dsp/estimate/observation.hpp"
 #include "dsp/estimate/prepared_corner.hpp"
+#include "dsp/estimate/rank_report.hpp"
 #include "dsp/estimate/stop.hpp"
 #include "dsp/optics/surface_model.hpp"
 
@@ -22,11 +24,13 @@ namespace srd::dsp {
 template <class S>
 class CornerProblem;
 struct NormalEquations;
+struct Uncertainty;
 
 inline constexpr int kMaxCameras = 16;  // in one fit
 
 struct EstimatorOptions {
   Metric metric = Metric::kReprojection;
+  Loss loss = Loss::kNone;  // rho; its scale comes from the median of the frame's own residuals
   double epsg = 0;         // 0: off; all three off and maxits 0: 1e-9, 1e-6, 1e-9
   double epsf = 0;
   double epsx = 0;
@@ -34,10 +38,20 @@ struct EstimatorOptions {
   std::vector<double> scale;  // typical size of each coefficient (empty: 1), D = diag(scale)
   std::vector<double> lower;  // bounds, mm (empty: none)
   std::vector<double> upper;
+  // The index of water is estimated too, from the one that the media say: only where cameras see the surface from
+  // different sides or under different slopes. Its bounds; and the standard deviation from which on it counts as not
+  // determined, whatever small scatter the corners show (never taken below kLeastScatterPx).
+  bool free_index = false;
+  double index_lower = 1.30, index_upper = 1.40;
+  double index_most_deviation = 0.005;
   // Returns true when time is up. Called once an iteration.
   bool (*deadline)(void*) = nullptr;
   void* deadline_context = nullptr;
 };
+
+// The least pivot (1 - R^2) of the index of water among the coefficients with which it is estimated.
+inline constexpr double kIndexPivot = 1e-4;
+inline constexpr double kLeastScatterPx = 0.005;  // of a corner: none is found better, optics (20)
 
 template <class S>
 struct Estimate {
@@ -45,14 +59,21 @@ struct Estimate {
   Coefficients<S> coefficients;        // mm
   InformationMatrix<S> information;    // 1/mm^2; inverse of the covariance (17)
   Coefficients<S> standard_deviation;  // mm; 1e-4 for coefficients that equal bounds hold
-  S mean_error = 0;                    // mean |e| over corners, in the metric's unit
-  S reprojection_rms = 0;              // px per axis, whatever the metric
-  S cost = 0;                          // sum of squared weighted residuals
+  S mean_error = 0;                    // mean |e| over the corners used, in the metric's unit
+  S reprojection_rms = 0;              // px per axis over the corners used, whatever the metric
+  S cost = 0;                          // sum of rho, of squared weighted residuals
+  S loss_scale = 0;                    // of one component of a weighted residual, as the loss took it; 0: no loss
   // s2: squared one-step pixel residuals in units of sigma over (residuals - parameters), whatever the metric; 1 when
-  // sigmas are right; 0 when there are no more residuals than parameters, and the covariance then takes s2 = 1.
+  // sigmas are right; 0 when there are no more residuals than parameters, and the covariance then takes s2 = 1. With a
+  // loss, psi over its mean derivative stands for the residuals.
   S variance_factor = 0;
+  // With free_index: of water, and its standard deviation; else the index given, and 0.
+  S index = 0, index_deviation = 0;
+  // What the corners tell apart; of kSingular and kIndexUndetermined too, and then the reason. With 0 parameters: the
+  // fit did not come so far.
+  RankReport rank;
   int iterations = 0;
-  int corners_used = 0;
+  int corners_used = 0;                // without those that Tukey's loss gives no weight
   int start_used = 0;                  // which of the starts was best
   bool at_bound = false;
 };
@@ -66,12 +87,13 @@ class SurfaceEstimator {
                                                      std::span<const Vec3<S>> bottom_points,
                                                      const EstimatorOptions& options, int max_corners);
 
-  // starts: one or more; the one with the lowest cost on these corners is refined (16).
+  // starts: one or more; the one with the lowest cost on these corners is refined (16). timed: the deadline holds.
   [[nodiscard]] Estimate<S> estimate(std::span<const CameraObservations<S>> cameras,
-                                     std::span<const Coefficients<S>> starts);
+                                     std::span<const Coefficients<S>> starts, bool timed = true);
   // After an estimate that has not failed: |pixel error| / sigma of every corner, in the order in which they were given.
   void error_sizes(std::span<S> out) const;
   [[nodiscard]] const SurfaceModel<S>& model() const { return model_; }
+  // With free_index, with the index of the last surface.
   [[nodiscard]] const Media<S>& media() const { return media_; }
   [[nodiscard]] std::span<const Vec3<S>> bottom_points() const { return points_; }
 
@@ -79,6 +101,10 @@ class SurfaceEstimator {
   SurfaceEstimator() = default;
   [[nodiscard]] Stop prepare_corners(std::span<const CameraObservations<S>> cameras);
   [[nodiscard]] Stop choose_start(std::span<const Coefficients<S>> starts, CornerProblem<S>& problem, int& chosen);
+  [[nodiscard]] int parameters() const { return model_.modes.size() + (optics_.free_index ? 1 : 0); }
+  // Splits the index of water off.
+  [[nodiscard]] Stop take_index(const Coefficients<double>& a, const InformationMatrix<double>& h, double s2,
+                                Uncertainty& uncertainty, Estimate<S>& out) const;
   // Equal bounds: the coefficient is given, not estimated.
   [[nodiscard]] bool is_held(Eigen::Index mode) const {
     return solver_.lower.size() > 0 && solver_.upper.size() > 0 && solver_.lower[mode] == solver_.upper[mode];
@@ -89,11 +115,14 @@ class SurfaceEstimator {
   SurfaceModel<S> model_;
   Media<S> media_;
   Metric metric_ = Metric::kReprojection;
+  Loss loss_ = Loss::kNone;
+  double index_most_deviation_ = 0;
   GaussNewtonOptions solver_;
   std::vector<Vec3<S>> points_;
   Optics<Lanes<S>> optics_;
   std::array<View<Lanes<S>>, kMaxCameras> views_;
   std::vector<PreparedCorner<Lanes<S>>> groups_;  // room for max_corners, each camera's last group filled up
+  std::vector<double> sizes_;  // of the residuals, one a corner
   std::size_t max_corners_ = 0, n_corners_ = 0, n_groups_ = 0;
 };
 

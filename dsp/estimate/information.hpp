@@ -1,4 +1,4 @@
-// Square matrices over the coefficients. Fixed capacity: no heap.
+// Square matrices over the parameters of a fit. Fixed capacity: no heap.
 #pragma once
 
 #include "dsp/optics/surface_model.hpp"
@@ -6,6 +6,6 @@
 namespace srd::dsp {
 
 template <class S>
-using InformationMatrix = Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxModes, kMaxModes>;
+using InformationMatrix = Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxParameters, kMaxParameters>;
 
 }  // namespace srd::dsp

@@ -15,6 +15,7 @@ template <class S>
 struct WaterWay {
   Vec3<S> w;    // unit, down
   Mat3<S> by_p;  // 1/mm
+  Vec3<S> by_index;  // dw by the index of water
 };
 
 // foot, height: p - F, mm. False: p lies in or under the plates, or the plates let no such ray through.
@@ -60,6 +61,9 @@ template <class S>
   by_p /= media.water;
   out.by_p.template topRows<2>() = by_p;
   out.by_p.row(2) = -(out.w.template head<2>().transpose() * by_p) / out.w.z();
+  const Vec2<S> h_index = (inverse * h) * (depth * media.water / (c * c * c));
+  const Vec2<S> level = (h_index - out.w.template head<2>()) / media.water;
+  out.by_index << level, -out.w.template head<2>().dot(level) / out.w.z();
   return true;
 }
 
@@ -93,6 +97,7 @@ template <class S>
   const Mat23<S> by_n2 = by_sum + by_difference, by_n = by_sum - by_difference;
   out.by_d = per_u * (by_n2 - (by_n2 * n2) * n2.transpose());
   out.by_p = -ratio * (out.by_d * way.by_p);
+  out.by_index = -(out.by_d * (way.w / media.air + ratio * way.by_index));
   for (int axis = 0; axis < 2; ++axis) {
     Vec3<S> dn = (n[axis] * per_m) * n;
     dn[axis] -= per_m;

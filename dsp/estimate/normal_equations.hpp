@@ -11,8 +11,8 @@ namespace srd::dsp {
 
 // As the solver takes them.
 struct NormalEquations {
-  Eigen::Matrix<double, kMaxModes, kMaxModes> jtj;  // upper triangle of the first n x n
-  Eigen::Matrix<double, kMaxModes, 1> jte;
+  Eigen::Matrix<double, kMaxParameters, kMaxParameters> jtj;  // upper triangle of the first n x n
+  Eigen::Matrix<double, kMaxParameters, 1> jte;
   double cost = 0;        // sum of |We|^2
   double cost_noise = 0;  // how much of it may be rounding
   double gradient_noise = 0;  // what a step promises when nothing but rounding is left in J'We
@@ -54,12 +54,18 @@ class NormalSums {
     }
   }
 
-  // Adds the two rows of a corner, de/da_j = by_height phi_j + by_slope grad phi_j.
+  // Adds the two rows of a corner, de/da_j = by_height phi_j + by_slope grad phi_j; a parameter beyond the modes is the
+  // index of water.
   void add(const CornerResidual<T>& residual, const Basis<T>& basis, T weight) {
-    std::array<Rows, kMaxModes> rows;
+    std::array<Rows, kMaxParameters> rows;
+    const int modes = static_cast<int>(basis.value.size());
+    if (modes < n_) {
+      widen(residual.by_index.x() * weight, &rows[static_cast<std::size_t>(modes)][0]);
+      widen(residual.by_index.y() * weight, &rows[static_cast<std::size_t>(modes)][kParts]);
+    }
     const Vec2<T> h = residual.by_height * weight, e = residual.e * weight;
     const Mat2<T> g = residual.by_slope * weight;
-    for (int i = 0; i < n_; ++i) {
+    for (int i = 0; i < modes; ++i) {
       Rows& row = rows[static_cast<std::size_t>(i)];
       widen(h.x() * basis.value[i] + g(0, 0) * basis.dx[i] + g(0, 1) * basis.dy[i], &row[0]);
       widen(h.y() * basis.value[i] + g(1, 0) * basis.dx[i] + g(1, 1) * basis.dy[i], &row[kParts]);
@@ -95,8 +101,8 @@ class NormalSums {
   }
 
   int n_ = 0;
-  std::array<Lanes<double>, kMaxModes*(kMaxModes + 1) / 2> jtj_;  // line by line of the lower triangle
-  std::array<Lanes<double>, kMaxModes> jte_;
+  std::array<Lanes<double>, kMaxParameters*(kMaxParameters + 1) / 2> jtj_;  // line by line of the lower triangle
+  std::array<Lanes<double>, kMaxParameters> jte_;
 };
 
 }  // namespace srd::dsp

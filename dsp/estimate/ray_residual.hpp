@@ -39,7 +39,7 @@ template <class S>
     LocalResidual<S> local;
     const bool valid =
         metric == Metric::kDisparity
-            ? disparity_difference(d, foot, along * d.z(), at.zx, at.zy, optics.media, local)
+            ? disparity_difference(d, foot, along * d.z(), at.zx, at.zy, optics.media, local, optics.free_index)
             : normal_difference(d, foot, along * d.z(), at.zx, at.zy, optics.media, local);
     if (!valid) return false;
     out.e = local.e;
@@ -52,6 +52,7 @@ template <class S>
     by_p.template leftCols<2>() += local.by_slope * curvature;
     out.by_height = by_p * d / slope;
     out.by_slope = local.by_slope;
+    if (optics.free_index) out.by_index = local.by_index;
     if (pixel_e == nullptr) return true;
     // A turned ray: dp = t dd + d dt with m'dp = 0.
     const S t = corner.dry_distance + along;

@@ -17,6 +17,7 @@ template <class S>
   if (basis == nullptr) return true;
   out.by_height = seen.by_height;
   out.by_slope = seen.by_slope;
+  if (optics.free_index) out.by_index = seen.by_index;
   return true;
 }
 

@@ -22,12 +22,13 @@ struct Optics {
   // Newton's error after a step of x mm is about x^2 10 / min(Lx, Ly) (curvature of the map over one mode's length):
   // below this step the next one would be under 1e-10 mm (double) or 1e-5 mm (float) and is not made.
   T last_step = 0;
+  bool free_index = false;  // the index of water is estimated too: residuals give their derivative by it
 
   template <class S>
   static Optics make(const SurfaceModel<S>& model, const Media<S>& media) {
     const double error = sizeof(S) > sizeof(float) ? 1e-10 : 1e-5;
     const double length = static_cast<double>(std::min(model.lx, model.ly));
-    return {model.template cast<T>(), media.template cast<T>(), static_cast<T>(std::sqrt(error * length / 10))};
+    return {model.template cast<T>(), media.template cast<T>(), static_cast<T>(std::sqrt(error * length / 10)), false};
   }
 };
 
@@ -48,6 +49,7 @@ struct Sighting {
   Mat2<T> pixel_point;    // d pixel / d (F_x, F_y), px/mm
   Vec2<T> by_height;      // d pixel / d a_j = by_height phi_j + by_slope grad phi_j, the modes taken at the surface point
   Mat2<T> by_slope;
+  Vec2<T> by_index;       // d pixel / d index of water; with Optics::free_index
 };
 
 // line.foot: start and result. basis: filled at the surface point, unless null.
@@ -68,7 +70,7 @@ template <class T>
     const T per_distance = 1 / from_camera.norm();
     const Vec3<T> d = from_camera * per_distance;
     Crossing<T> crossing;
-    if (!cross(d, at.zx, at.zy, height, optics.media, true, crossing)) return false;
+    if (!cross(d, at.zx, at.zy, height, optics.media, true, crossing, optics.free_index)) return false;
     // dd = (I - d d')/t dp, so d offset/dp through the direction, for p = (foot, height):
     const Mat23<T> by_p = (crossing.by_direction - (crossing.by_direction * d) * d.transpose()) * per_distance;
     const Vec2<T> by_height = crossing.by_height + by_p.col(2);
@@ -108,6 +110,7 @@ template <class T>
     out.pixel_point = pixel_foot * inverse;
     out.by_height = pixel_p.col(2) - out.pixel_point * by_height;
     out.by_slope = -(out.pixel_point * crossing.by_slope);
+    if (optics.free_index) out.by_index = -(out.pixel_point * crossing.by_index);
     return true;
   }
   return false;

@@ -21,6 +21,7 @@ enum class Stop : std::uint8_t {
   kNonFinite = 18,      // a NaN or infinity came in or up
   kOutOfDomain = 19,    // a ray misses the surface at every start
   kInvalidInput = 20,   // unknown point, missing view, sigma <= 0, too many corners, a start of the wrong length
+  kIndexUndetermined = 21,  // the corners do not tell the free index of water from the coefficients
 };
 
 [[nodiscard]] constexpr bool failed(Stop stop) { return static_cast<std::uint8_t>(stop) >= 16; }
@@ -38,6 +39,7 @@ enum class Stop : std::uint8_t {
     case Stop::kNonFinite: return "not finite";
     case Stop::kOutOfDomain: return "out of domain";
     case Stop::kInvalidInput: return "invalid input";
+    case Stop::kIndexUndetermined: return "index undetermined";
   }
   return "unknown";
 }

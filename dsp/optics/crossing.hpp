@@ -51,13 +51,15 @@ struct Crossing {
   Vec2<S> by_height;     // by p_z
   Mat2<S> by_slope;      // by (eta_x, eta_y), mm
   Mat23<S> by_direction;  // by d, mm
+  Vec2<S> by_index;       // by the index of water, mm; only when asked for
 };
 
 // d: unit direction of the ray in air; zx, zy: slopes at p; height: p_z above the bottom point's plane, mm.
+// index_derivative: by_index too; only with derivatives.
 // False: the ray comes from below, is totally reflected, or p lies in or under the plates.
 template <class S>
 [[nodiscard]] bool cross(const Vec3<S>& d, S zx, S zy, S height, const Media<S>& media, bool derivatives,
-                         Crossing<S>& out) {
+                         Crossing<S>& out, bool index_derivative = false) {
   const S water_depth = height - media.plates();
   using std::sqrt;
   const S per_m = 1 / sqrt(1 + zx * zx + zy * zy);
@@ -107,6 +109,13 @@ template <class S>
   out.by_direction.template leftCols<2>() = r * by_v_xy;
   out.by_direction.col(2) = r * by_v_z;
   out.by_direction -= by_n * (dk * n).transpose();
+  if (index_derivative) {
+    // Through r = air/water, v = r d + k n, and in the plates' horizontal part of index times direction.
+    const S per_water = 1 / media.water;
+    const Vec3<S> dv = (-r * per_water) * (d + (ci + r * (1 - ci * ci) / root) * n);
+    out.by_index = by_v_xy * dv.template head<2>() + by_v_z * dv.z() +
+                   (by_v_xy * v.template head<2>() - s * v.template head<2>()) * per_water;
+  }
   return true;
 }
 

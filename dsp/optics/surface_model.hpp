@@ -15,6 +15,8 @@
 namespace srd::dsp {
 
 inline constexpr int kMaxModes = 24;
+// Of one fit: the modes and the index of water; rounded up so that arrays of them stay aligned.
+inline constexpr int kMaxParameters = 28;
 inline constexpr int kMaxHarmonic = 9;  // one digit, so that names stay unambiguous
 
 // A_mn: cos(m pi X/Lx) cos(n pi Y/Ly); B: X/Lx; C: Y/Ly.
@@ -58,9 +60,9 @@ class ModeList {
   int highest_x_ = 0, highest_y_ = 0;
 };
 
-// Coefficients of a surface, mm, in the order of its mode list. Fixed capacity: no heap.
+// Coefficients of a surface, mm, in the order of its mode list, or all parameters of a fit. Fixed capacity: no heap.
 template <class S>
-using Coefficients = Eigen::Matrix<S, Eigen::Dynamic, 1, 0, kMaxModes, 1>;
+using Coefficients = Eigen::Matrix<S, Eigen::Dynamic, 1, 0, kMaxParameters, 1>;
 
 // Height (mm), slopes and curvatures (1/mm) of a surface at one (X, Y).
 template <class S>

@@ -81,7 +81,7 @@ const FrameResult<S>& SurfaceTracker<S>::process(std::span<const GrayView> image
       cameras_[c].predictions.predict(expected);
       follow(cameras_[c], images[c]);
     }
-    status = estimate(starts);
+    status = estimate(starts, true);
   }
   if (status != TrackStatus::kOk) {
     // Lost, or never had: look everywhere, near the last surface first, then near the guess.
@@ -94,7 +94,7 @@ const FrameResult<S>& SurfaceTracker<S>::process(std::span<const GrayView> image
         const TrackStatus here = acquire(cameras_[c], images[c]);
         if (here != TrackStatus::kOk) found = here;
       }
-      const TrackStatus fitted = estimate(std::span<const Coefficients<S>>(from, 1));
+      const TrackStatus fitted = estimate(std::span<const Coefficients<S>>(from, 1), false);
       // With several cameras, one may see the pattern while another does not.
       status = fitted == TrackStatus::kTooFewCorners && found != TrackStatus::kOk ? found : fitted;
       if (status == TrackStatus::kOk) {
@@ -168,19 +168,21 @@ int SurfaceTracker<S>::count_found() const {
 }
 
 template <class S>
-TrackStatus SurfaceTracker<S>::estimate(std::span<const Coefficients<S>> starts) {
+TrackStatus SurfaceTracker<S>::estimate(std::span<const Coefficients<S>> starts, bool timed) {
   std::array<CameraObservations<S>, kMaxCameras> seen;
   const auto fit = [&]() {
     for (std::size_t c = 0; c < cameras_.size(); ++c)
       seen[c] = {&cameras_[c].setup.view, cameras_[c].observations};
-    result_.estimate = estimator_.estimate(std::span(seen).first(cameras_.size()), starts);
+    result_.estimate = estimator_.estimate(std::span(seen).first(cameras_.size()), starts, timed);
     if (failed(result_.estimate.stop)) return TrackStatus::kSolverFailed;
+    // The best so far of corners that a prediction identified; estimate.stop says that it is no more.
+    if (result_.estimate.stop == Stop::kDeadline) return TrackStatus::kOk;
     return result_.estimate.reprojection_rms <= static_cast<S>(options_.max_rms_px) ? TrackStatus::kOk
                                                                                    : TrackStatus::kPoorFit;
   };
   if (count_found() < options_.min_corners) return TrackStatus::kTooFewCorners;
   TrackStatus status = fit();
-  if (status == TrackStatus::kSolverFailed) return status;
+  if (status == TrackStatus::kSolverFailed || result_.estimate.stop == Stop::kDeadline) return status;
   if (options_.outlier_factor > 0 && drop_outliers()) {
     if (count_found() < options_.min_corners) return TrackStatus::kTooFewCorners;
     const Coefficients<S> refined = result_.estimate.coefficients;

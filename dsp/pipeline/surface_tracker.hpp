@@ -104,7 +104,8 @@ class SurfaceTracker {
   // foot: of the point's prediction.
   void observe(PerCamera& camera, int point, const CornerFit& fit, const Vec2<S>& foot) const;
   [[nodiscard]] bool bright(int point) const { return pattern_.odd(point) != bright_origin_; }
-  [[nodiscard]] TrackStatus estimate(std::span<const Coefficients<S>> starts);
+  // timed: the estimator's deadline holds. A search of the whole image has none: it takes longer than any frame may.
+  [[nodiscard]] TrackStatus estimate(std::span<const Coefficients<S>> starts, bool timed);
   [[nodiscard]] bool drop_outliers();
   [[nodiscard]] int count_found() const;
 

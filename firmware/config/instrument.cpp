@@ -6,6 +6,7 @@
 #include "drivers/camera/simulator_camera.hpp"
 #include "drivers/recording/rig.hpp"
 #include "dsp/optics/water_index.hpp"
+#include "firmware/config/view_check.hpp"
 
 namespace srd::firmware {
 
@@ -93,7 +94,7 @@ Outcome<Rig> read_rig(const NodeConfig& config, Rig rig) {
 
 }  // namespace
 
-Outcome<Instrument> make_instrument(const NodeConfig& config) {
+Outcome<Instrument> make_instrument(const NodeConfig& config, FrameDeadline::Clock clock) {
   if (!config.camera)
     return Problem{Exit::kUsage, "no camera", config_where(config), "camera.source, or --camera KIND:ARG", "neither", ""};
   Instrument instrument;
@@ -158,8 +159,15 @@ Outcome<Instrument> make_instrument(const NodeConfig& config) {
     return Problem{Exit::kUsage, "key 'detector.region_px'", config_where(config),
                    "a region inside the image of " + std::to_string(setup.width) + " x " + std::to_string(setup.height),
                    std::to_string(setup.region.u1) + ", " + std::to_string(setup.region.v1), ""};
-  auto tracker = dsp::SurfaceTracker<float>::make(std::span(&setup, 1), *pattern, model, media, guess,
-                                                  config.estimator, config.tracker);
+  dsp::EstimatorOptions estimator = config.estimator;
+  if (config.deadline_us) {
+    instrument.deadline = clock ? std::make_unique<FrameDeadline>(*config.deadline_us, std::move(clock))
+                                : std::make_unique<FrameDeadline>(*config.deadline_us);
+    estimator.deadline = FrameDeadline::ask;
+    estimator.deadline_context = instrument.deadline.get();
+  }
+  auto tracker = dsp::SurfaceTracker<float>::make(std::span(&setup, 1), *pattern, model, media, guess, estimator,
+                                                  config.tracker);
   if (!tracker)
     return Problem{Exit::kUsage, "the surface cannot be fitted with these settings", config_where(config),
                    "bounds and scales that fit the modes", to_string(tracker.error()), ""};
@@ -176,7 +184,9 @@ Outcome<Instrument> make_instrument(const NodeConfig& config) {
        << "water     index " << index << ", " << config.plates.size() << " floor plates\n"
        << "surface   " << config.modes.size() << " modes:";
   for (const dsp::Mode& mode : config.modes) text << " " << mode.name().data();
-  text << ", Lx " << lx << " mm, Ly " << ly << " mm\n";
+  text << ", Lx " << lx << " mm, Ly " << ly << " mm\n"
+       << check_view(config, {rig.calibration->camera, *rig.pose}, model.cast<double>(), media.cast<double>(),
+                     pattern->points(), setup.width, setup.height);
   instrument.summary = text.str();
   return instrument;
 }

@@ -5,11 +5,13 @@
 
 #include "drivers/camera/simulator/scene.hpp"
 #include "firmware/config/node_config.hpp"
+#include "firmware/loop/frame_deadline.hpp"
 
 namespace srd::firmware {
 
 struct Instrument {
   std::unique_ptr<Camera> camera;  // not started
+  std::unique_ptr<FrameDeadline> deadline;  // that the tracker asks; none: no limit
   std::unique_ptr<dsp::SurfaceTracker<float>> tracker;
   double refractive_index = 1;
   int width = 0, height = 0;  // px, of the calibration
@@ -18,8 +20,9 @@ struct Instrument {
   std::string summary;
 };
 
+// clock: of the deadline, the steady one unless a test says otherwise.
 // Reads every file that the configuration names; kUsage for what the configuration gets wrong, kInput for files that
 // cannot be used, kDevice for a camera that is not there.
-[[nodiscard]] Outcome<Instrument> make_instrument(const NodeConfig& config);
+[[nodiscard]] Outcome<Instrument> make_instrument(const NodeConfig& config, FrameDeadline::Clock clock = {});
 
 }  // namespace srd::firmware

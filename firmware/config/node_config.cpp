@@ -179,10 +179,13 @@ void read_estimator(TomlTable estimator, NodeConfig& config) {
     e.metric = *metric == "disparity"      ? dsp::Metric::kDisparity
                : *metric == "collinearity" ? dsp::Metric::kCollinearity
                                            : dsp::Metric::kReprojection;
+  if (auto loss = estimator.choice("loss", {"none", "huber", "tukey"}))
+    e.loss = *loss == "huber" ? dsp::Loss::kHuber : *loss == "tukey" ? dsp::Loss::kTukey : dsp::Loss::kNone;
   set(e.epsg, estimator.number("epsg", {0, 1}));
   set(e.epsf, estimator.number("epsf", {0, 1}));
   set(e.epsx, estimator.number("epsx", {0, 1}));
   set(e.max_iterations, estimator.integer("max_iterations", {0, 1000}));
+  config.deadline_us = estimator.integer("deadline_us", {1, 1e9, "us"});
 }
 
 }  // namespace

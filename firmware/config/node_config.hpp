@@ -56,6 +56,7 @@ struct NodeConfig {
   double x0_mm = 0, y0_mm = 0;
   std::vector<double> guess;           // one a mode
   dsp::EstimatorOptions estimator;
+  std::optional<std::int64_t> deadline_us;  // of a frame's processing; empty: none
   dsp::SurfaceTrackerOptions tracker;
   Region region;
 

@@ -153,6 +153,7 @@ void FrameLoop::process() {
 void FrameLoop::make_record(const Captured& captured) {
   const CameraFrame& frame = captured.frame;
   const auto begin = std::chrono::steady_clock::now();
+  if (options_.deadline != nullptr) options_.deadline->start();
   if (any_sequence_ && frame.sequence > next_sequence_) {
     const std::uint64_t gap = frame.sequence - next_sequence_;
     count(counters_.dropped_by_source, gap);
@@ -188,6 +189,14 @@ void FrameLoop::make_record(const Captured& captured) {
     if (before == proto::NodeState::kTracking && now != proto::NodeState::kTracking) count(counters_.lost_tracks);
     counters_.state.store(static_cast<std::uint8_t>(now), std::memory_order_relaxed);
     if (result.acquired) count(counters_.acquired);
+    if (result.estimate.stop == dsp::Stop::kDeadline) count(counters_.hurried);
+    if (result.status == dsp::TrackStatus::kSolverFailed) {
+      record_.stop = result.estimate.stop;
+      if (result.estimate.rank.singular()) {
+        count(counters_.singular);
+        last_singular_ = result.estimate.rank;
+      }
+    }
     if (result.has_surface()) {
       const dsp::Estimate<float>& estimate = result.estimate;
       record_.coefficients = estimate.coefficients;

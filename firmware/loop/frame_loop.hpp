@@ -9,6 +9,7 @@
 #include "drivers/camera/camera.hpp"
 #include "dsp/core/spsc_ring.hpp"
 #include "dsp/pipeline/surface_tracker.hpp"
+#include "firmware/loop/frame_deadline.hpp"
 #include "proto/messages.hpp"
 
 namespace srd::firmware {
@@ -22,6 +23,8 @@ struct FrameCounters {
   std::atomic<std::uint64_t> lost_tracks{0};        // tracked in one frame and not in the next
   std::atomic<std::uint64_t> dropped_by_source{0};  // gaps in the camera's numbers
   std::atomic<std::uint64_t> dropped_late{0};       // live frames that a newer one overtook
+  std::atomic<std::uint64_t> hurried{0};            // records whose fit the deadline ended
+  std::atomic<std::uint64_t> singular{0};           // records whose corners do not determine the coefficients
   std::atomic<std::uint64_t> bad{0};                // frames without a usable image
   std::atomic<std::uint64_t> disconnects{0};
   std::atomic<std::uint8_t> state{0};               // proto::NodeState
@@ -33,6 +36,7 @@ using TakeRecord = std::function<bool(const proto::CoefficientFrame&)>;
 struct FrameLoopOptions {
   std::uint64_t frames = 0;  // end after so many records; 0: at the camera's end
   double refractive_index = 1;
+  FrameDeadline* deadline = nullptr;  // that the tracker asks; started with every frame
 };
 
 class FrameLoop {
@@ -48,6 +52,8 @@ class FrameLoop {
   void stop() { stopping_.store(true, std::memory_order_relaxed); }
 
   [[nodiscard]] const FrameCounters& counters() const { return counters_; }
+  // Of the last singular frame; after process() has returned.
+  [[nodiscard]] const dsp::RankReport& last_singular() const { return last_singular_; }
   [[nodiscard]] bool capturing() const { return !captured_all_.load(std::memory_order_acquire); }
 
  private:
@@ -72,6 +78,7 @@ class FrameLoop {
 
   // Of the processing thread.
   proto::CoefficientFrame record_;
+  dsp::RankReport last_singular_;
   std::uint32_t dropped_before_ = 0;
   std::uint64_t next_sequence_ = 0;
   bool any_sequence_ = false;

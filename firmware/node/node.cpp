@@ -6,6 +6,8 @@
 #include <sstream>
 #include <thread>
 
+#include "drivers/support/rank_text.hpp"
+
 namespace srd::firmware {
 
 namespace {
@@ -74,7 +76,7 @@ Outcome<RunReport> run_node(const NodeConfig& config, Instrument& instrument, st
   }
 
   const std::atomic<bool>& cancelled = stop;
-  FrameLoop loop(camera, *instrument.tracker, {frames, instrument.refractive_index},
+  FrameLoop loop(camera, *instrument.tracker, {frames, instrument.refractive_index, instrument.deadline.get()},
                  [&](const proto::CoefficientFrame& record) {
                    if (!transmitter) return true;
                    return camera.live() ? transmitter->push(record) : transmitter->push_waiting(record, cancelled);
@@ -107,6 +109,9 @@ Outcome<RunReport> run_node(const NodeConfig& config, Instrument& instrument, st
   report.dropped_by_source = value(counters.dropped_by_source);
   report.dropped_late = value(counters.dropped_late);
   report.bad = value(counters.bad);
+  report.hurried = value(counters.hurried);
+  report.singular = value(counters.singular);
+  report.singular_why = rank_text(loop.last_singular(), instrument.tracker->model().modes);
   report.disconnects = value(counters.disconnects);
   report.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
   if (transmitter) {
@@ -124,6 +129,8 @@ std::string RunReport::text() const {
       << seconds << " s\n"
       << "tracking  found " << acquired << " times, lost " << lost_tracks << " times\n"
       << "dropped   " << dropped_by_source << " by the source, " << dropped_late << " late, " << bad << " unusable\n";
+  if (hurried > 0) out << "deadline  ended the fit of " << hurried << " frames\n";
+  if (singular > 0) out << "singular  " << singular << " frames: " << singular_why << "\n";
   if (sent)
     out << "sent      " << transmitter.counts.datagrams << " datagrams, " << transmitter.counts.resent << " again, "
         << transmitter.counts.lost << " frames lost, " << transmitter.unacknowledged << " not acknowledged\n";

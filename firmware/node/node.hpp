@@ -14,6 +14,9 @@ namespace srd::firmware {
 struct RunReport {
   std::uint64_t captured = 0, records = 0, surfaces = 0, acquired = 0, lost_tracks = 0;
   std::uint64_t dropped_by_source = 0, dropped_late = 0, bad = 0, disconnects = 0;
+  std::uint64_t hurried = 0;    // frames whose fit the deadline ended
+  std::uint64_t singular = 0;   // frames whose corners do not determine the coefficients
+  std::string singular_why;     // of the last one
   bool sent = false;  // whether there was a host to send to
   TransmitterReport transmitter;
   double seconds = 0;

@@ -68,6 +68,7 @@ Outcome<Preparation> prepare(const Settings& settings, const Overrides& override
   plan.model.ly = settings.ly;
   plan.media.water = overrides.refractive_index.value_or(kPublishedIndex);
   plan.guess = Eigen::Map<const Eigen::VectorXd>(settings.guess.data(), settings.parameters);
+  plan.options.free_index = overrides.free_index;
   plan.options.metric = overrides.metric.value_or(settings.metric);
   plan.options.epsg = settings.epsg;
   plan.options.epsf = settings.epsf;

@@ -17,6 +17,7 @@ struct Overrides {
   std::optional<dsp::Metric> metric;
   std::optional<std::filesystem::path> features;  // folder of an earlier run: its features instead of images
   std::optional<double> rate_hz;                  // of the images
+  bool free_index = false;                        // estimate the index of water
 };
 
 struct Preparation {

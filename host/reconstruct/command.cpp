@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "drivers/recording/recording.hpp"
+#include "drivers/support/text_file.hpp"
 #include "host/reconstruct/options.hpp"
 
 namespace srd::host {
@@ -28,6 +29,11 @@ CLI::Validator within(double least, double most, const std::string& unit) {
 }
 
 Outcome<void> reconstruct(const ReconstructOptions& options) {
+  const dsp::EstimatorOptions bounds;
+  if (options.free_index && options.refractive_index &&
+      !(*options.refractive_index >= bounds.index_lower && *options.refractive_index <= bounds.index_upper))
+    return Problem{Exit::kUsage, "--refractive-index is outside the bounds of --free-index", "", "1.3 to 1.4",
+                   number_text(*options.refractive_index), "leave one of them out"};
   std::error_code error;
   const auto status = std::filesystem::status(options.source, error);
   if (!std::filesystem::exists(status))
@@ -55,6 +61,8 @@ void add_reconstruct_command(CLI::App& app, int& exit_code) {
       ->add_option("--refractive-index", options->refractive_index,
                    "of the water, against air 1 (default 1.336 for OpenSRD settings, 1.333 for recordings)")
       ->check(within(1, 2, ""));
+  command->add_flag("--free-index", options->free_index,
+                    "estimate the index of the water too; refused where the view cannot tell it from the height");
   const std::map<std::string, dsp::Metric> metrics = {{"reprojection", dsp::Metric::kReprojection},
                                                       {"disparity", dsp::Metric::kDisparity},
                                                       {"collinearity", dsp::Metric::kCollinearity}};

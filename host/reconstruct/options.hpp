@@ -15,7 +15,8 @@ struct ReconstructOptions {
   std::filesystem::path source;  // settings.xml or the folder of a recording
   std::filesystem::path out;
   bool force = false;
-  std::optional<double> refractive_index;
+  std::optional<double> refractive_index;  // with free_index, where every frame starts
+  bool free_index = false;                 // estimate it
   std::optional<dsp::Metric> metric;
   std::optional<double> rate_hz;
   // OpenSRD settings only.

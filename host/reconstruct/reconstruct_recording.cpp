@@ -50,6 +50,7 @@ Outcome<RunPlan> plan_of(const ReconstructOptions& options, const Recording& rec
   plan.model = {*modes, *options.lx, *options.ly, 0, 0};
   plan.media.water = options.refractive_index.value_or(kFreshWaterIndex);
   plan.options.metric = options.metric.value_or(dsp::Metric::kReprojection);
+  plan.options.free_index = options.free_index;
   const std::size_t n = static_cast<std::size_t>(modes->size());
   if (options.guess.empty() || options.guess.size() > n)
     return Problem{Exit::kUsage, "--guess", options.source.string(),

@@ -16,7 +16,8 @@ Outcome<void> reconstruct_settings(const ReconstructOptions& options) {
   if (!outputs) return outputs.error();
   if (auto free = opensrd::check_free(*outputs, options.force); !free) return free.error();
   const auto prepared =
-      opensrd::prepare(*settings, {options.refractive_index, options.metric, options.features, options.rate_hz});
+      opensrd::prepare(*settings, {options.refractive_index, options.metric, options.features,
+                                                     options.rate_hz, options.free_index});
   if (!prepared) return prepared.error();
   const Outcome<RunResult> result = run(prepared->plan, terminal_progress());
   if (!result) return result.error();

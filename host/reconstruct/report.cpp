@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <map>
 
+#include "host/reconstruct/found_index.hpp"
 #include "host/reconstruct/series.hpp"
 
 namespace srd::host {
@@ -31,7 +32,7 @@ Outcome<void> report(const RunPlan& plan, const RunResult& result, const std::ve
                    "summary.txt there says why, frame by frame"};
   }
   for (const std::string& line : head) std::printf("%s\n", line.c_str());
-  std::printf("refractive index %g\n", plan.media.water);
+  std::printf("refractive index %s\n", index_text(plan, result).c_str());
   std::printf("%zu of %zu frames with a surface, mean %s error %.5f %s, mean height over the pattern %.4f mm, %.2f ms a frame\n",
               m.surfaces, result.frames.size(), metric_name(plan.options.metric), m.error,
               metric_unit(plan.options.metric), m.height_mm, 1000 * m.seconds_a_frame);

@@ -1,11 +1,16 @@
 #include "host/reconstruct/run.hpp"
 
+#include "host/reconstruct/found_index.hpp"
 #include "host/reconstruct/run_kinds.hpp"
 
 namespace srd::host {
 
 Outcome<RunResult> run(const RunPlan& plan, const Progress& progress) {
-  return plan.from_images ? run_images(plan, progress) : run_features(plan, progress);
+  Outcome<RunResult> result = plan.from_images ? run_images(plan, progress) : run_features(plan, progress);
+  if (!result) return result;
+  const std::vector<std::string> warnings = rank_warnings(plan, *result);
+  result->warnings.insert(result->warnings.end(), warnings.begin(), warnings.end());
+  return result;
 }
 
 std::vector<int> merge_points(Points& all, const Points& own) {

@@ -151,7 +151,7 @@ Outcome<RunResult> run_images(const RunPlan& plan, const Progress& progress) {
     const dsp::FrameResult<double>& found = tracker->process(frame, plan.times_ns[i]);
     record.expected = found.expected;
     record.found = found.found;
-    if (found.has_surface()) record.estimate = found.estimate;
+    if (found.has_surface() || found.status == dsp::TrackStatus::kSolverFailed) record.estimate = found.estimate;
     record.status = status_word(found.status, found.state, found.estimate.stop);
     for (std::size_t c = 0; c < plan.cameras.size(); ++c)
       record.corners[c].assign(found.observations[c].begin(), found.observations[c].end());

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "drivers/support/text_file.hpp"
+#include "host/reconstruct/found_index.hpp"
 #include "host/table/model_sidecar.hpp"
 
 namespace srd::host {
@@ -81,8 +82,8 @@ std::string series_csv(const RunPlan& plan, const RunResult& result) {
   return text;
 }
 
-std::string series_model(const RunPlan& plan) {
-  return model_sidecar_text({{{kNode, plan.model, plan.media.water, extent(plan.points)}}});
+std::string series_model(const RunPlan& plan, const RunResult& result) {
+  return model_sidecar_text({{{kNode, plan.model, index_of(plan, result), extent(plan.points)}}});
 }
 
 double pattern_height(const RunPlan& plan, const dsp::Coefficients<double>& surface) {
@@ -116,7 +117,7 @@ std::string summary_text(const RunPlan& plan, const RunResult& result, const std
   const std::string unit = metric_unit(plan.options.metric);
   std::string text;
   for (const std::string& line : head) text += line + "\n";
-  text += "refractive index: " + number_text(plan.media.water) + " (air " + number_text(plan.media.air) + ")\n";
+  text += "refractive index: " + index_text(plan, result) + " (air " + number_text(plan.media.air) + ")\n";
   text += "surface: " + mode_names(plan.model.modes) + ", Lx " + number_text(plan.model.lx) + " mm, Ly " +
           number_text(plan.model.ly) + " mm\n";
   text += "metric: " + std::string(metric_name(plan.options.metric)) + ", errors in " + unit + "\n";
@@ -126,13 +127,16 @@ std::string summary_text(const RunPlan& plan, const RunResult& result, const std
             " px rms per axis\nmean surface height over the pattern: " + fixed(m.height_mm, 4) + " mm\n";
   text += "time: " + fixed(1000 * m.seconds_a_frame, 2) + " ms a frame\n";
   for (const std::string& warning : warnings) text += "warning: " + warning + "\n";
-  text += "\nframe\tfile\tstatus\tcorners\tmean error (" + unit + ")\theight (mm)\n";
+  text += "\nframe\tfile\tstatus\tcorners\tmean error (" + unit + ")\theight (mm)";
+  text += plan.options.free_index ? "\tindex\tits deviation\n" : "\n";
   for (const FrameRecord& frame : result.frames) {
     text += std::to_string(frame.sequence) + "\t" + frame.name + "\t" + frame.status + "\t" +
             std::to_string(frame.found) + "/" + std::to_string(frame.expected);
     if (frame.has_surface())
       text += "\t" + fixed(frame.estimate.mean_error, 5) + "\t" +
               fixed(pattern_height(plan, frame.estimate.coefficients), 4);
+    if (frame.has_surface() && plan.options.free_index)
+      text += "\t" + fixed(frame.estimate.index, 6) + "\t" + fixed(frame.estimate.index_deviation, 6);
     text += "\n";
   }
   return text;
@@ -144,7 +148,7 @@ Outcome<void> write_series(const std::filesystem::path& series, const std::files
   std::vector<std::string> all = warnings;
   all.insert(all.end(), result.warnings.begin(), result.warnings.end());
   if (auto done = write_text_file(series, series_csv(plan, result)); !done) return done.error();
-  if (auto done = write_text_file(model_sidecar_path(series), series_model(plan)); !done) return done.error();
+  if (auto done = write_text_file(model_sidecar_path(series), series_model(plan, result)); !done) return done.error();
   return write_text_file(summary, summary_text(plan, result, head, all));
 }
 

@@ -12,7 +12,7 @@ namespace srd::host {
 // height_mm: at the pattern's centre. Empty cells where a frame has no surface.
 [[nodiscard]] std::string series_csv(const RunPlan& plan, const RunResult& result);
 // Modes, lengths, origin and refractive index of the series: the text of surface.csv.model.toml.
-[[nodiscard]] std::string series_model(const RunPlan& plan);
+[[nodiscard]] std::string series_model(const RunPlan& plan, const RunResult& result);
 
 // Of the frames with a surface.
 struct RunMeans {

@@ -26,9 +26,11 @@ TEST(AllocationGauge, CountsWhatTheHeapGivesOut) {
 }
 
 template <class S>
-void expect_no_allocation(Metric metric) {
+void expect_no_allocation(Metric metric, Loss loss = Loss::kNone, bool free_index = false) {
   EstimatorOptions options;
   options.metric = metric;
+  options.loss = loss;
+  options.free_index = free_index;
   options.lower.assign(12, -500);
   options.upper.assign(12, 500);
   Fit<S> fit(fakes::flume_scene(12, 3), options);
@@ -59,7 +61,29 @@ TEST(Estimator, AllocatesNothing) {
   for (const Metric metric : kMetrics) {
     expect_no_allocation<float>(metric);
     expect_no_allocation<double>(metric);
+    expect_no_allocation<float>(metric, Loss::kTukey);
+    expect_no_allocation<float>(metric, Loss::kNone, true);
+    expect_no_allocation<double>(metric, Loss::kHuber, true);
   }
+}
+
+TEST(Estimator, AllocatesNothingToSayWhatItCannotSeparate) {
+  if (!fakes::AllocationGauge::works()) GTEST_SKIP() << "a sanitizer has its own malloc";
+  Fit<double> fit(fakes::flume_scene(5, 1), {});
+  fit.observe();
+  fit.scene.model.lx = 1e7;  // A10 is level
+  const auto cameras = fit.cameras();
+  auto estimator = fit.estimator();
+  const Coefficients<double> start = fakes::level(5, 85);
+  Estimate<double> found;
+  std::int64_t count = 0;
+  {
+    const fakes::AllocationGauge counter;
+    found = estimator.estimate(cameras, std::span(&start, 1));
+    count = counter.count();
+  }
+  EXPECT_EQ(count, 0);
+  EXPECT_GT(found.rank.n_dependences, 0);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 #include <string>
 #include <tuple>
@@ -66,6 +67,41 @@ TEST(Estimator, FitsTwentyFourFreelyChosenModes) {
     const auto found_float = narrow.from_flat();
     ASSERT_FALSE(failed(found_float.stop)) << to_string(found_float.stop);
     EXPECT_LE(scene.surface_error(found_float.coefficients), 1e-3);
+  }
+}
+
+TEST(Estimator, FitsAnyListOfModes) {
+  std::vector<Mode> all{{Mode::Kind::kSlopeX, 0, 0}, {Mode::Kind::kSlopeY, 0, 0}};
+  for (std::uint8_t m = 0; m <= kMaxHarmonic; ++m)
+    for (std::uint8_t n = 0; n <= kMaxHarmonic; ++n)
+      if (m + n > 0) all.push_back({Mode::Kind::kCosine, m, n});
+  std::mt19937_64 random(12);
+  std::uniform_real_distribution<double> one(-1, 1);
+  for (int draw = 0; draw < 12; ++draw) {
+    // Two of each size but most of the largest, in any order.
+    const std::size_t count = draw < 6 ? kMaxModes : static_cast<std::size_t>(4 * (draw - 5));
+    std::shuffle(all.begin(), all.end(), random);
+    std::vector<Mode> modes(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(count - 1));
+    modes.insert(modes.begin() + static_cast<std::ptrdiff_t>(count / 2), Mode{});
+    fakes::Scene scene = fakes::flume_scene(1, 2);
+    scene.model.modes = ModeList::make(modes).value();
+    scene.truth = Coefficients<double>::Zero(static_cast<Eigen::Index>(count));
+    Coefficients<double> start = scene.truth;
+    for (std::size_t j = 0; j < count; ++j) {
+      const int harmonics = modes[j].m + modes[j].n;
+      scene.truth[static_cast<Eigen::Index>(j)] = one(random) / (1 + harmonics * harmonics / 8.0);
+    }
+    scene.truth[scene.model.modes.index_of(Mode{})] = 80;
+    start[scene.model.modes.index_of(Mode{})] = 84;
+    Fit<double> wide(scene, {});
+    const auto found = wide.from(start);
+    ASSERT_FALSE(failed(found.stop)) << to_string(found.stop) << " " << draw;
+    EXPECT_EQ(found.rank.rank, static_cast<int>(count));
+    EXPECT_LE(scene.surface_error(found.coefficients), 1e-6) << draw;
+    Fit<float> narrow(scene, {});
+    const auto found_float = narrow.from(start);
+    ASSERT_FALSE(failed(found_float.stop)) << to_string(found_float.stop) << " " << draw;
+    EXPECT_LE(scene.surface_error(found_float.coefficients), 1e-3) << draw;
   }
 }
 

@@ -50,6 +50,70 @@ std::vector<proto::CoefficientFrame> run(Instrument& instrument, std::uint64_t f
   return run(*instrument.camera, loop, records);
 }
 
+// A clock that moves on by a step whenever it is read.
+struct SteppingClock {
+  std::int64_t now_ns = 0, step_ns = 0;
+  int readings = 0;
+  std::int64_t read() {
+    ++readings;
+    return now_ns += step_ns;
+  }
+};
+
+TEST(FrameLoop, TheDeadlineEndsAFitWithTheBestSurfaceSoFarAndSaysSo) {
+  const auto config = [](const std::string& deadline) {
+    auto made = NodeConfig::parse(std::string(kSimulated) + "[estimator]\nepsg = 1e-9\n" + deadline, "node.toml");
+    EXPECT_TRUE(made.ok()) << made.error().text();
+    made->pace = Pace::kMax;
+    return *made;
+  };
+  constexpr int kFrames = 6;
+  auto free = make_instrument(config(""));
+  ASSERT_TRUE(free.ok()) << free.error().text();
+  const auto unhurried = run(*free, kFrames);
+  for (const int readings : {1, 2}) {
+    SteppingClock clock;
+    clock.step_ns = 1'000'000;
+    // Passed at the reading with that number, the frame's start not counted: after one step fewer.
+    auto made = make_instrument(config("deadline_us = " + std::to_string(1000 * readings) + "\n"), [&] { return clock.read(); });
+    ASSERT_TRUE(made.ok()) << made.error().text();
+    const auto started = made->camera->start();
+    ASSERT_TRUE(started.ok());
+    std::vector<proto::CoefficientFrame> records;
+    FrameLoop loop(*made->camera, *made->tracker, {kFrames, made->refractive_index, made->deadline.get()},
+                   [&](const proto::CoefficientFrame& record) {
+                     records.push_back(record);
+                     return true;
+                   });
+    run(*made->camera, loop, records);
+    ASSERT_EQ(records.size(), static_cast<std::size_t>(kFrames));
+    // The first frame searches the whole image: no deadline.
+    EXPECT_EQ(records[0].status, proto::FrameStatus::kOk);
+    for (std::size_t i = 1; i < records.size(); ++i) {
+      EXPECT_EQ(records[i].status, proto::FrameStatus::kNotConverged) << i;
+      EXPECT_EQ(records[i].stop, dsp::Stop::kDeadline) << i;
+      EXPECT_LE(records[i].iterations, static_cast<std::uint32_t>(readings - 1)) << i;
+      ASSERT_EQ(records[i].coefficients.size(), 5) << i;
+      EXPECT_GT(records[i].information.size, 0) << i;
+      if (readings > 1) {  // one step from the trend is all but there
+        EXPECT_NEAR(records[i].coefficients[0], unhurried[i].coefficients[0], 0.1) << i;
+      }
+    }
+    EXPECT_EQ(loop.counters().hurried, static_cast<std::uint64_t>(kFrames - 1));
+    EXPECT_GT(clock.readings, kFrames);
+  }
+}
+
+TEST(FrameLoop, ADeadlineFarAwayChangesNothing) {
+  SteppingClock clock;
+  auto config = NodeConfig::parse(std::string(kSimulated) + "[estimator]\ndeadline_us = 1000000\n", "node.toml");
+  ASSERT_TRUE(config.ok());
+  config->pace = Pace::kMax;
+  auto instrument = make_instrument(*config, [&] { return clock.read(); });
+  ASSERT_TRUE(instrument.ok()) << instrument.error().text();
+  for (const auto& record : run(*instrument, 3)) EXPECT_EQ(record.status, proto::FrameStatus::kOk);
+}
+
 TEST(FrameLoop, EveryFrameYieldsARecordInOrder) {
   Instrument instrument = instrument_of(kRecorded, std::string(SRD_TEST_DATA) + "/flume-small");
   const auto records = run(instrument, 0);

@@ -19,6 +19,15 @@ TEST(NodeConfig, FillsInDefaults) {
   EXPECT_TRUE(config->host.empty());
 }
 
+TEST(NodeConfig, TakesALoss) {
+  for (const auto& [word, loss] : {std::pair{"none", dsp::Loss::kNone}, std::pair{"huber", dsp::Loss::kHuber},
+                                   std::pair{"tukey", dsp::Loss::kTukey}}) {
+    const auto config = NodeConfig::parse(std::string(kMinimal) + "[estimator]\nloss = \"" + word + "\"\n", "node.toml");
+    ASSERT_TRUE(config.ok()) << config.error().text();
+    EXPECT_EQ(config->estimator.loss, loss);
+  }
+}
+
 struct Wrong {
   const char* text;
   std::vector<const char*> said;
@@ -48,6 +57,8 @@ TEST(NodeConfig, SaysWhatIsWrongWhere) {
       {"[surface]\nguess_mm = [80]\n[pattern]\nrows = 5\n", {"pattern.columns", "pattern.square_mm", "missing"}},
       {"[surface]\nguess_mm = [80]\n[node]\nid = \"a b\"\n", {"node.id", "a b"}},
       {"[surface]\nguess_mm = [80]\n[estimator]\nmetric = \"best\"\n", {"metric", "reprojection"}},
+      {"[surface]\nguess_mm = [80]\n[estimator]\nloss = \"cauchy\"\n", {"n.toml:4", "estimator.loss", "huber", "cauchy"}},
+      {"[surface]\nguess_mm = [80]\n[estimator]\ndeadline_us = 0\n", {"n.toml:4", "estimator.deadline_us", "from 1", "us"}},
       {"[surface\n", {"n.toml:1"}},
   };
   for (const Wrong& wrong : cases) {
@@ -76,6 +87,29 @@ TEST(Instrument, TakesPlaceAndPatternFromARecording) {
   ASSERT_TRUE(instrument.ok()) << instrument.error().text();
   EXPECT_EQ(instrument->width, 640);
   EXPECT_EQ(instrument->tracker->pattern().size(), 231);
+}
+
+TEST(Instrument, WarnsOfModesThatTheViewCannotSeparate) {
+  // A wave of 4 km along X is level over the pattern.
+  const auto summary = [](const std::string& surface) {
+    const auto config = NodeConfig::parse("[camera]\nsource = \"simulator\"\n[surface]\nguess_mm = [80]\n" + surface, "node.toml");
+    EXPECT_TRUE(config.ok()) << config.error().text();
+    const auto instrument = make_instrument(*config);
+    EXPECT_TRUE(instrument.ok()) << instrument.error().text();
+    return instrument->summary;
+  };
+  const std::string bad = summary("lx_mm = 99999\nmodes = [\"A00\", \"A10\", \"A01\"]\n");
+  EXPECT_NE(bad.find("the view cannot separate A10 from A00"), std::string::npos) << bad;
+  const std::string good = summary("parameters = 12\n");
+  EXPECT_EQ(good.find("warning"), std::string::npos) << good;
+}
+
+TEST(Instrument, WarnsOfCornersOutsideTheRegion) {
+  const auto config = NodeConfig::parse(std::string(kMinimal) + "[detector]\nregion_px = [0, 0, 300, 300]\n", "node.toml");
+  ASSERT_TRUE(config.ok()) << config.error().text();
+  const auto instrument = make_instrument(*config);
+  ASSERT_TRUE(instrument.ok()) << instrument.error().text();
+  EXPECT_NE(instrument->summary.find("corners lie in the image or region"), std::string::npos) << instrument->summary;
 }
 
 TEST(Instrument, SaysWhichFileIsMissing) {

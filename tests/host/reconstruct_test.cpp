@@ -77,6 +77,44 @@ TEST(Reconstruct, UsesTheIndexOfBothPublishedCodesUnlessToldAndAlwaysSaysWhich) 
   EXPECT_NE(lab.result("summary.txt").find("refractive index: 1.33 "), std::string::npos);
 }
 
+TEST(Reconstruct, EstimatesTheIndexOfWaterAndStatesItWithItsDeviation) {
+  OpenSrdFolder lab(flume_scene(5, 3));  // water of 1.333
+  for (int frame = 0; frame < 4; ++frame) lab.add_frame(surface_at(5, frame));
+  const CommandResult done = lab.run({"--free-index", "--metric", "reprojection"});
+  ASSERT_EQ(done.exit, 0) << done.err;
+  EXPECT_EQ(done.err, "");
+  expect_surfaces(lab, 1e-4);
+  EXPECT_NE(done.out.find("refractive index 1.333000 +- "), std::string::npos) << done.out;
+  EXPECT_NE(done.out.find("estimated in 4 frames"), std::string::npos) << done.out;
+  EXPECT_NE(lab.result("summary.txt").find("refractive index: 1.333000 +- "), std::string::npos);
+  EXPECT_NE(lab.result("summary.txt").find("index\tits deviation"), std::string::npos);
+  EXPECT_NE(lab.result("surface.csv.model.toml").find("refractive_index = 1.33"), std::string::npos);
+}
+
+TEST(Reconstruct, RefusesAnIndexThatTheViewCannotTellFromTheHeight) {
+  fakes::Scene scene = flume_scene(5, 1);
+  scene.views[0] = fakes::look_at(fakes::flume_camera(), {100, 200, 950}, {100, 200, 0});
+  OpenSrdFolder lab(scene);
+  lab.add_frame(fakes::level(5, 80));
+  const CommandResult done = lab.run({"--free-index", "--metric", "reprojection"});
+  EXPECT_EQ(done.exit, 3);
+  EXPECT_NE(done.err.find("separate the index of water from A00"), std::string::npos) << done.err;
+  EXPECT_EQ(lab.run({"--force", "--refractive-index", "1.333"}).exit, 0);
+  const CommandResult outside = lab.run({"--force", "--free-index", "--refractive-index", "1.5"});
+  EXPECT_EQ(outside.exit, 2);
+  EXPECT_NE(outside.err.find("1.3 to 1.4"), std::string::npos) << outside.err;
+}
+
+TEST(Reconstruct, NamesTheModesThatTheViewCannotSeparate) {
+  OpenSrdFolder lab(flume_scene(5, 1));
+  lab.keys["Lx"] = "90000";
+  lab.add_frame(fakes::level(5, 80));
+  const CommandResult done = lab.run({"--refractive-index", "1.333"});
+  EXPECT_EQ(done.exit, 3);
+  EXPECT_NE(done.err.find("1 of 1 frames: no surface: the view cannot separate A10 from A00"), std::string::npos)
+      << done.err;
+}
+
 TEST(Reconstruct, FilesStartAtTheLastFrameAndTheSeriesAtTheFirst) {
   OpenSrdFolder lab(flume_scene(3, 1));
   for (int frame = 0; frame < 12; ++frame) lab.add_frame(surface_at(3, frame), 0.05, static_cast<unsigned>(frame));
