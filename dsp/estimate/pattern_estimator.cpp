@@ -19,6 +19,8 @@ constexpr double kApproach = 1e-4;       // promised fall of the cost at which a
 constexpr int kCoarseIterations = 30;
 constexpr double kFirstBlur = 0.03;      // squares; start of the unknown
 constexpr double kLeastBlur = 0.25, kMostBlurSquares = 0.2;  // px; squares: bounds of the unknown
+// Passes with the blur as an unknown. Each takes weights and the blur's footprint from where the one before ended.
+constexpr int kPasses = 4;
 constexpr double kBlockSquares = 0.5;    // side of a block of the sandwich
 
 }  // namespace
@@ -66,20 +68,20 @@ Stop PatternEstimator::refine(Coefficients<double>& a, PatternEstimate& out) {
     out.surface.iterations += done.iterations;
     if (failed(done.stop)) return done.stop;
   }
-  // The blur's footprint is held while the solver runs: once more from where it ended makes it the result's own.
   const Eigen::Index n = a.size();
   Coefficients<double> unknowns(n + 1);
+  bool at_bound = false;
   unknowns[n] = kFirstBlur * problem_.square_px();
   problem_.free_blur();
   const bool defaults = options_.epsg <= 0 && options_.epsf <= 0 && options_.epsx <= 0;
-  for (int pass = 0; pass < 2; ++pass) {
+  for (int pass = 0; pass < kPasses; ++pass) {
     if (!problem_.start_from(a)) return Stop::kOutOfDomain;
     unknowns.head(n) = a;
     solver.lower = Coefficients<double>::Constant(n + 1, -std::numeric_limits<double>::infinity());
     solver.upper = -solver.lower;
     solver.lower[n] = kLeastBlur;
     solver.upper[n] = kMostBlurSquares * problem_.square_px();
-    if (pass == 1) {
+    if (pass == kPasses - 1) {
       solver.epsg = defaults ? kDefaultTolerance : options_.epsg;
       solver.epsf = defaults ? kDefaultTolerance : options_.epsf;
       solver.epsx = defaults ? kDefaultTolerance : options_.epsx;
@@ -88,8 +90,12 @@ Stop PatternEstimator::refine(Coefficients<double>& a, PatternEstimate& out) {
     const GaussNewtonSummary done = DampedGaussNewton(problem_, solver).minimise(unknowns, sums);
     out.surface.iterations += done.iterations;
     out.surface.stop = done.stop;
+    at_bound = done.at_bound;
     if (failed(done.stop)) return done.stop;
     a = unknowns.head(n);
+    if (pass == kPasses - 1) break;
+    if (!problem_.evaluate(unknowns, sums)) return Stop::kNonFinite;
+    problem_.reweigh();
   }
 
   // The last trial may have been refused: what follows is of the result.
@@ -99,19 +105,21 @@ Stop PatternEstimator::refine(Coefficients<double>& a, PatternEstimate& out) {
   const double pixels = problem_.n_pixels();
   out.surface.coefficients = a;
   out.surface.cost = sums.cost;
+  out.surface.corners_used = problem_.n_pixels();
   out.surface.mean_error = sums.error / pixels;
-  out.surface.variance_factor = sums.cost / (pixels - sums.n - problem_.n_levels());
-  out.explained = 1 - sums.cost / problem_.squares_without_pattern();
+  out.surface.variance_factor = sums.squares / (pixels - sums.n - problem_.n_levels());
+  out.surface.at_bound = at_bound;
+  out.explained = 1 - sums.squares / problem_.squares_without_pattern();
 
   const int block_px = std::max(1, static_cast<int>(std::lround(kBlockSquares * problem_.square_px())));
-  int blocks = 0;
-  InformationMatrix<double> middle = problem_.block_scores(unknowns, block_px, blocks);
-  const double freedom = blocks - sums.n;
+  PatternProblem::Sandwich parts;
+  problem_.sandwich(block_px, parts);
+  const double freedom = parts.blocks - sums.n;
   if (!(freedom > 0)) return Stop::kTooFewCorners;
-  middle *= blocks / freedom;
+  parts.middle *= parts.blocks / freedom;
   Uncertainty uncertainty;
-  if (!uncertainty_of(sums.matrix(), &middle, 1, uncertainty)) return Stop::kSingular;
-  // The blur is nobody's business: its row and column of the covariance fall away.
+  if (!uncertainty_of(parts.bread, &parts.middle, 1, uncertainty)) return Stop::kSingular;
+  // The blur was estimated too; of the covariance its row and column are left out.
   ScaledCholesky factors;
   if (!factors.factor(uncertainty.information)) return Stop::kSingular;
   const InformationMatrix<double> covariance = factors.inverse().topLeftCorner(n, n);

@@ -18,9 +18,10 @@ struct PatternOptions {
 };
 
 struct PatternEstimate {
-  // mean_error, cost, variance_factor: grey levels. corners_used: 0. information and standard_deviation: sandwich (17)
-  // over blocks of half a square, so print, dirt and model errors that neighbouring pixels share are counted.
-  // reprojection_rms: px, the fit's rms over its mean slope of grey levels at edges: how far edges are off.
+  // mean_error, cost, variance_factor: in grey levels. corners_used: pixels. reprojection_rms: 0. at_bound: the blur is at
+  // one of its bounds (0.25 px, a fifth of a square), which says that the form of the surface does not fit. information
+  // and standard_deviation: sandwich (17) over blocks of half a square, so that print, dirt and model errors which
+  // neighbouring pixels share are counted.
   Estimate<double> surface;
   double blur_px = 0;       // sigma, pixel's area included
   PatternLevels levels;
@@ -38,7 +39,7 @@ class PatternEstimator {
 
   // mask: as PatternProblem::load. starts: one or more; the one that explains most through the coarse blur is refined.
   // A start finds the surface when the pattern it predicts lies within 0.4 squares of the image's along each axis; the
-  // pattern repeats, so one that is off by whole squares ends there. See shifted_starts.
+  // pattern repeats, so one that is off by whole squares ends there.
   // Stop: kTooFewCorners: fewer pixels than 10 an unknown. kOutOfDomain: no start shows the pattern in its own colours.
   [[nodiscard]] PatternEstimate estimate(const GrayView& image, std::span<const std::uint8_t> mask,
                                          std::span<const Coefficients<double>> starts);

@@ -12,6 +12,8 @@ namespace {
 constexpr double kLeastLevelPivot = 1e-6;
 // Rounding of one predicted grey level: 1e-9 mm of a traced ray, times the steepest edges.
 constexpr double kGreyRounding = 1e-8;
+constexpr double kHuber = 1.345;          // deviations; 95 % efficient for normal noise
+constexpr double kNormalPerMedian = 1.4826;
 
 }  // namespace
 
@@ -23,6 +25,7 @@ PatternProblem::PatternProblem(const View<double>& view, const Region& region, c
   pixels_.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   samples_.resize(pixels_.size());
   scores_.resize(pixels_.size() + 1);
+  sizes_.resize(pixels_.size());
   const double half_u = std::max(1.0, 0.5 * (width - 1)), half_v = std::max(1.0, 0.5 * (height - 1));
   for (int v = 0; v < height; ++v)
     for (int u = 0; u < width; ++u) {
@@ -52,6 +55,7 @@ int PatternProblem::load(const GrayView& image, std::span<const std::uint8_t> ma
     Sample& sample = samples_[static_cast<std::size_t>(n_used_++)];
     sample.pixel = static_cast<int>(i);
     sample.along = 0;
+    sample.weight = 1;
     sample.grey = image.row(region_.v0 + static_cast<int>(i) / width)[region_.u0 + static_cast<int>(i) % width];
     n += 1;
     sum += sample.grey;
@@ -134,8 +138,8 @@ bool PatternProblem::solve_levels() {
   for (int i = 0; i < n_used_; ++i) {
     const Sample& sample = samples_[static_cast<std::size_t>(i)];
     const LevelVector r = regressors(sample);
-    sums += r * r.transpose();
-    greys += r * sample.grey;
+    sums += sample.weight * r * r.transpose();
+    greys += sample.weight * sample.grey * r;
   }
   for (int i = n_levels_; i < PatternLevels::kMost; ++i) sums(i, i) = 1;
   LevelVector unit;
@@ -197,43 +201,58 @@ bool PatternProblem::evaluate(const Coefficients<double>& unknowns, NormalEquati
     const Sample& sample = samples_[static_cast<std::size_t>(i)];
     const double e = predicted(sample) - sample.grey;
     out.squares += e * e;
+    out.cost += sample.weight * e * e;
     out.error += std::abs(e);
     if (!row(sample, j)) continue;
-    out.jtj.topLeftCorner(n_unknowns_, n_unknowns_).noalias() += j * j.transpose();
-    out.jte.head(n_unknowns_) += e * j;
-    coupling_.noalias() += j * regressors(sample).transpose();
+    out.jtj.topLeftCorner(n_unknowns_, n_unknowns_).noalias() += sample.weight * j * j.transpose();
+    out.jte.head(n_unknowns_) += (sample.weight * e) * j;
+    coupling_.noalias() += sample.weight * j * regressors(sample).transpose();
   }
   out.jtj.topLeftCorner(n_unknowns_, n_unknowns_) -= coupling_.lazyProduct(level_inverse_).eval().lazyProduct(coupling_.transpose());
-  out.cost = out.squares;
   const double rounding = kGreyRounding * std::sqrt(static_cast<double>(n_used_));
   out.cost_noise = 3 * rounding * (std::sqrt(out.cost) + rounding) + 16 * std::numeric_limits<double>::epsilon() * out.cost;
   return true;
 }
 
-InformationMatrix<double> PatternProblem::block_scores(const Coefficients<double>& unknowns, int block_px, int& blocks) {
+void PatternProblem::reweigh() {
+  const auto sizes = std::span(sizes_).first(static_cast<std::size_t>(n_used_));
+  for (std::size_t i = 0; i < sizes.size(); ++i)
+    sizes[i] = static_cast<float>(std::abs(predicted(samples_[i]) - samples_[i].grey));
+  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+  std::nth_element(sizes.begin(), middle, sizes.end());
+  // A grey level's own rounding is the least scale.
+  const double limit = kHuber * std::max(kNormalPerMedian * static_cast<double>(*middle), 0.3);
+  for (int i = 0; i < n_used_; ++i) {
+    Sample& sample = samples_[static_cast<std::size_t>(i)];
+    const double size = std::abs(predicted(sample) - sample.grey);
+    sample.weight = size > limit ? limit / size : 1;
+  }
+}
+
+void PatternProblem::sandwich(int block_px, Sandwich& out) {
   const int width = region_.u1 - region_.u0, across = (width + block_px - 1) / block_px;
   const int down = (region_.v1 - region_.v0 + block_px - 1) / block_px;
   const auto all = std::span(scores_).first(static_cast<std::size_t>(across) * static_cast<std::size_t>(down));
   for (Coefficients<double>& score : all) score.resize(0);
+  out.bread = out.middle = InformationMatrix<double>::Zero(n_unknowns_, n_unknowns_);
+  out.blocks = 0;
   Coefficients<double> j;
   for (int i = 0; i < n_used_; ++i) {
     const Sample& sample = samples_[static_cast<std::size_t>(i)];
     const int block = sample.pixel / width / block_px * across + sample.pixel % width / block_px;
     Coefficients<double>& score = all[static_cast<std::size_t>(block)];
-    if (score.size() == 0) score = Coefficients<double>::Zero(unknowns.size());
-    const LevelVector r = regressors(sample);
-    Coefficients<double> free = -coupling_.lazyProduct(level_inverse_ * r);
+    if (score.size() == 0) score = Coefficients<double>::Zero(n_unknowns_);
+    const LevelVector levels = level_inverse_ * regressors(sample);
+    Coefficients<double> free = -coupling_.lazyProduct(levels);
     if (row(sample, j)) free += j;
-    score += (predicted(sample) - sample.grey) * free;
+    score += (sample.weight * (predicted(sample) - sample.grey)) * free;
+    if (sample.weight >= 1) out.bread.noalias() += free * free.transpose();
   }
-  InformationMatrix<double> middle = InformationMatrix<double>::Zero(unknowns.size(), unknowns.size());
-  blocks = 0;
   for (const Coefficients<double>& score : all) {
     if (score.size() == 0) continue;
-    middle.noalias() += score.lazyProduct(score.transpose());
-    ++blocks;
+    out.middle.noalias() += score.lazyProduct(score.transpose());
+    ++out.blocks;
   }
-  return middle;
 }
 
 }  // namespace srd::dsp

@@ -50,10 +50,18 @@ class PatternProblem {
   // False: a ray misses the surface, the levels are not determined or the contrast is not positive, blur out of range.
   [[nodiscard]] bool evaluate(const Coefficients<double>& unknowns, NormalEquations& out);
 
-  // Of the last evaluation, which must have been at unknowns: the middle of the sandwich (17), residuals of a block of
-  // block_px x block_px pixels taken together because neighbours share print, dirt and model errors. blocks: how many
-  // hold pixels.
-  [[nodiscard]] InformationMatrix<double> block_scores(const Coefficients<double>& unknowns, int block_px, int& blocks);
+  // Huber's weights for the next evaluations, from the last one's residuals: 1 up to 1.345 deviations, the deviation from
+  // their median; beyond, falling with the size. load() makes all weights 1 again.
+  void reweigh();
+
+  // Of the last evaluation, the parts of the sandwich H^-1 M H^-1 (17), levels projected out. middle: residuals of a block
+  // of block_px x block_px pixels taken together, because neighbours share print, dirt and model errors. bread: of the
+  // pixels that Huber's weights leave whole. blocks: how many hold pixels.
+  struct Sandwich {
+    InformationMatrix<double> bread, middle;
+    int blocks = 0;
+  };
+  void sandwich(int block_px, Sandwich& out);
 
   [[nodiscard]] const PatternLevels& levels() const { return levels_; }
   [[nodiscard]] int n_pixels() const { return n_used_; }
@@ -75,6 +83,7 @@ class PatternProblem {
   struct Sample {
     int pixel = 0;
     double grey = 0;
+    double weight = 1;
     double along = 0;              // mm along the ray to the surface
     BlurFootprint blur;
     Vec3<double> surface_point;
@@ -102,6 +111,7 @@ class PatternProblem {
   std::vector<Pixel> pixels_;    // of the region, row by row
   std::vector<Sample> samples_;  // the first n_used_ count
   std::vector<Coefficients<double>> scores_;  // one a block
+  std::vector<float> sizes_;     // of residuals, for their median
   int n_used_ = 0, n_unknowns_ = 0;
   double held_blur_px_ = 1, blur_px_ = 1, square_px_ = 0, flat_squares_ = 0;
   PatternLevels levels_;
