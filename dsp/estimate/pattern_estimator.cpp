@@ -36,6 +36,9 @@ Result<PatternEstimator> PatternEstimator::make(const View<double>& view, const 
   if (surface.form == SurfaceForm::kModes && (!(surface.model.lx > 0) || !(surface.model.ly > 0))) return Errc::kInvalidArgument;
   for (const double x : {options.epsg, options.epsf, options.epsx})
     if (!(x >= 0) || !std::isfinite(x)) return Errc::kInvalidArgument;
+  if (!options.scale.empty() && options.scale.size() != static_cast<std::size_t>(surface.parameters())) return Errc::kInvalidArgument;
+  for (const double x : options.scale)
+    if (!(x > 0) || !std::isfinite(x)) return Errc::kInvalidArgument;
   if (options.max_iterations < 0 || !std::isfinite(plane.x + plane.y + plane.z)) return Errc::kInvalidArgument;
   return PatternEstimator(PatternProblem(view, region, surface, media, plane, options.gradients), options);
 }
@@ -60,6 +63,8 @@ Stop PatternEstimator::refine(Coefficients<double>& a, PatternEstimate& out) {
   GaussNewtonOptions solver;
   solver.epsf = kApproach;
   solver.max_iterations = kCoarseIterations;
+  const Eigen::Index n = a.size();
+  if (!options_.scale.empty()) solver.scale = Eigen::Map<const Eigen::VectorXd>(options_.scale.data(), n);
   NormalEquations sums;
   for (const double blur : kCoarse) {
     if (!problem_.start_from(a)) return Stop::kOutOfDomain;
@@ -68,7 +73,6 @@ Stop PatternEstimator::refine(Coefficients<double>& a, PatternEstimate& out) {
     out.surface.iterations += done.iterations;
     if (failed(done.stop)) return done.stop;
   }
-  const Eigen::Index n = a.size();
   Coefficients<double> unknowns(n + 1);
   bool at_bound = false;
   unknowns[n] = kFirstBlur * problem_.square_px();
@@ -77,6 +81,10 @@ Stop PatternEstimator::refine(Coefficients<double>& a, PatternEstimate& out) {
   for (int pass = 0; pass < kPasses; ++pass) {
     if (!problem_.start_from(a)) return Stop::kOutOfDomain;
     unknowns.head(n) = a;
+    if (solver.scale.size() == n) {
+      solver.scale.conservativeResize(n + 1);
+      solver.scale[n] = 1;
+    }
     solver.lower = Coefficients<double>::Constant(n + 1, -std::numeric_limits<double>::infinity());
     solver.upper = -solver.lower;
     solver.lower[n] = kLeastBlur;

@@ -15,6 +15,7 @@ struct PatternOptions {
   bool gradients = true;    // levels may change linearly over the region: lighting
   int max_iterations = 0;   // of the last stage; 0: 50
   double epsg = 0, epsf = 0, epsx = 0;  // of the last stage; all 0: defaults 1e-9 of each kind
+  std::vector<double> scale;  // typical size of each coefficient (empty: 1), as EstimatorOptions
 };
 
 struct PatternEstimate {
@@ -32,7 +33,8 @@ struct PatternEstimate {
 
 class PatternEstimator {
  public:
-  // region: of every image, at least 8 x 8 px; surface.parameters() <= 23. kInvalidArgument else.
+  // region: of every image, at least 8 x 8 px; surface.parameters() <= 23; options.scale empty or one number a parameter,
+  // > 0. kInvalidArgument else.
   [[nodiscard]] static Result<PatternEstimator> make(const View<double>& view, const Region& region,
                                                      const PatternSurface& surface, const Media<double>& media,
                                                      const CheckerPlane& plane, const PatternOptions& options);

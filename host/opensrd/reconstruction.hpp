@@ -17,6 +17,7 @@ struct Overrides {
   std::optional<dsp::Metric> metric;
   std::optional<std::filesystem::path> features;  // folder of an earlier run: its features instead of images
   std::optional<double> rate_hz;                  // of the images
+  std::optional<int> model;                       // k2017: parameters of the surface; 2: the release's form
 };
 
 struct Preparation {
@@ -26,7 +27,7 @@ struct Preparation {
   std::vector<std::string> warnings;
 };
 
-// Reads and checks everything but the frames; estimates poses. kUsage: 2017 dialect. kInput: a file that cannot be used.
+// Reads and checks everything but the frames; estimates poses. kInput: a file that cannot be used.
 [[nodiscard]] Outcome<Preparation> prepare(const Settings& settings, const Overrides& overrides);
 
 // All result files of the plan.

@@ -5,6 +5,7 @@
 namespace srd::host {
 
 Outcome<RunResult> run(const RunPlan& plan, const Progress& progress) {
+  if (plan.pattern_run) return run_pattern(plan, progress);
   return plan.from_images ? run_images(plan, progress) : run_features(plan, progress);
 }
 
