@@ -143,6 +143,11 @@ PatternEstimate PatternEstimator::estimate(const GrayView& image, std::span<cons
   out.pixels = problem_.load(image, mask);
   const int unknowns = problem_.surface().parameters() + 1 + problem_.n_levels();
   if (out.pixels < kPixelsPerUnknown * unknowns) return out;
+  // Less than the rounding of grey levels: an even image.
+  if (!(problem_.squares_without_pattern() > out.pixels / 12.0)) {
+    out.surface.stop = Stop::kOutOfDomain;
+    return out;
+  }
   double explained = 0;
   out.surface.start_used = choose_start(starts, explained);
   if (out.surface.start_used < 0) {

@@ -42,7 +42,8 @@ class PatternEstimator {
   // mask: as PatternProblem::load. starts: one or more; the one that explains most through the coarse blur is refined.
   // A start finds the surface when the pattern it predicts lies within 0.4 squares of the image's along each axis; the
   // pattern repeats, so one that is off by whole squares ends there.
-  // Stop: kTooFewCorners: fewer pixels than 10 an unknown. kOutOfDomain: no start shows the pattern in its own colours.
+  // Stop: kTooFewCorners: fewer pixels than 10 an unknown. kOutOfDomain: an even image, or no start shows the pattern in
+  // its own colours.
   [[nodiscard]] PatternEstimate estimate(const GrayView& image, std::span<const std::uint8_t> mask,
                                          std::span<const Coefficients<double>> starts);
 

@@ -14,8 +14,9 @@ namespace {
 
 // A block starts from the guess, whatever came before it: blocks can then be fitted side by side.
 constexpr std::size_t kBlock = 25;  // frames
-// Of the grey levels' variance; a fit that explains less has not found the pattern.
-constexpr double kLeastExplained = 0.5;
+// Of the grey levels' variance. A pattern that lies a third of a square off along one axis explains a ninth; a fit that
+// does not explain more than twice that has not found it.
+constexpr double kLeastExplained = 0.25;
 
 struct Block {
   std::vector<FrameRecord> frames;
