@@ -224,7 +224,7 @@ TEST(PatternEstimator, RecoversRenderedSurfacesAsWellAsCornersDo) {
 }
 
 TEST(PatternEstimator, FindsTheSurfaceFromAThirdOfASquareOff) {
-  // A piece of 4 x 4 squares of the full-size flume, under a plane that leans about the piece's middle: so the whole piece
+  // A piece of 6 x 6 squares of the full-size flume, under a plane that leans about the piece's middle: so the whole piece
   // seems to move, up to a third of a square along X and along Y at once.
   Scene scene = default_scene();
   scene.surface = {ModeList::standard(3).value(), 100, 100, 100, 200};
@@ -236,14 +236,14 @@ TEST(PatternEstimator, FindsTheSurfaceFromAThirdOfASquareOff) {
   const auto middle = truth_pixels(scene, 0).value()[static_cast<std::size_t>(5 * scene.pattern.columns + 10)];
   const int u = static_cast<int>(middle.x()), v = static_cast<int>(middle.y());
   PatternEstimator estimator =
-      PatternEstimator::make(scene.view(), {u - 85, v - 85, u + 85, v + 85}, {SurfaceForm::kModes, scene.surface},
+      PatternEstimator::make(scene.view(), {u - 120, v - 120, u + 120, v + 120}, {SurfaceForm::kModes, scene.surface},
                              scene.media, {scene.pattern.square_mm, 0, 0, 0, scene.pattern.origin_dark}, {})
           .value();
   const Coefficients<double> truth = scene.coefficients(0);
   const PatternEstimate best = estimate(estimator, image, truth);
   ASSERT_FALSE(failed(best.surface.stop));
   const double slope = scene.pattern.square_mm / 3 / (truth[0] * (1 - 1 / scene.media.water));
-  for (const double across : {-1.0, 0.0, 1.0})
+  for (const double across : {-1.0, 1.0})
     for (const double along : {-1.0, 0.0, 1.0}) {
       const Coefficients<double> start =
           truth + fakes::coefficients({0, across * slope * scene.surface.lx, along * slope * scene.surface.ly});
