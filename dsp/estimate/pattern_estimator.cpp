@@ -15,6 +15,8 @@ constexpr int kPixelsPerUnknown = 10;
 // Blur of the stages, in squares: the first makes the wave all but a sine, which leads over 0.4 squares; each next one
 // is within reach of what the one before leaves.
 constexpr std::array<double, 2> kCoarse{0.2, 0.07};
+// The blurred wave is as well seen by so many pixels a side of a square.
+constexpr double kCoarsePixels = 8;
 constexpr double kApproach = 1e-4;       // promised fall of the cost at which a coarse stage ends
 constexpr int kCoarseIterations = 30;
 constexpr double kFirstBlur = 0.03;      // squares; start of the unknown
@@ -22,6 +24,10 @@ constexpr double kLeastBlur = 0.25, kMostBlurSquares = 0.2;  // px; squares: bou
 // Passes with the blur as an unknown. Each takes weights and the blur's footprint from where the one before ended.
 constexpr int kPasses = 4;
 constexpr double kBlockSquares = 0.5;    // side of a block of the sandwich
+
+[[nodiscard]] int coarse_step(const PatternProblem& problem) {
+  return std::max(1, static_cast<int>(problem.square_px() / kCoarsePixels));
+}
 
 }  // namespace
 
@@ -50,6 +56,7 @@ int PatternEstimator::choose_start(std::span<const Coefficients<double>> starts,
     if (starts[i].size() != problem_.surface().parameters() || !starts[i].allFinite()) continue;
     if (!problem_.start_from(starts[i])) continue;
     problem_.hold_blur(kCoarse.front() * problem_.square_px());
+    problem_.thin(coarse_step(problem_));
     if (!problem_.evaluate(starts[i], sums) || !sums.finite()) continue;
     const double here = 1 - sums.cost / problem_.squares_without_pattern();
     if (chosen >= 0 && !(here > explained)) continue;
@@ -69,6 +76,7 @@ Stop PatternEstimator::refine(Coefficients<double>& a, PatternEstimate& out) {
   for (const double blur : kCoarse) {
     if (!problem_.start_from(a)) return Stop::kOutOfDomain;
     problem_.hold_blur(blur * problem_.square_px());
+    problem_.thin(coarse_step(problem_));
     const GaussNewtonSummary done = DampedGaussNewton(problem_, solver).minimise(a, sums);
     out.surface.iterations += done.iterations;
     if (failed(done.stop)) return done.stop;
@@ -77,6 +85,7 @@ Stop PatternEstimator::refine(Coefficients<double>& a, PatternEstimate& out) {
   bool at_bound = false;
   unknowns[n] = kFirstBlur * problem_.square_px();
   problem_.free_blur();
+  problem_.thin(1);
   const bool defaults = options_.epsg <= 0 && options_.epsf <= 0 && options_.epsx <= 0;
   for (int pass = 0; pass < kPasses; ++pass) {
     if (!problem_.start_from(a)) return Stop::kOutOfDomain;

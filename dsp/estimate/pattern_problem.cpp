@@ -54,9 +54,11 @@ int PatternProblem::load(const GrayView& image, std::span<const std::uint8_t> ma
     if (!pixels_[i].sees || (!mask.empty() && mask[i] == 0)) continue;
     Sample& sample = samples_[static_cast<std::size_t>(n_used_++)];
     sample.pixel = static_cast<int>(i);
+    sample.column = static_cast<int>(i) % width;
+    sample.row = static_cast<int>(i) / width;
     sample.along = 0;
     sample.weight = 1;
-    sample.grey = image.row(region_.v0 + static_cast<int>(i) / width)[region_.u0 + static_cast<int>(i) % width];
+    sample.grey = image.row(region_.v0 + sample.row)[region_.u0 + sample.column];
     n += 1;
     sum += sample.grey;
   }
@@ -137,6 +139,7 @@ bool PatternProblem::solve_levels() {
   LevelVector greys = LevelVector::Zero();
   for (int i = 0; i < n_used_; ++i) {
     const Sample& sample = samples_[static_cast<std::size_t>(i)];
+    if (skips(sample)) continue;
     const LevelVector r = regressors(sample);
     sums += sample.weight * r * r.transpose();
     greys += sample.weight * sample.grey * r;
@@ -190,8 +193,10 @@ bool PatternProblem::evaluate(const Coefficients<double>& unknowns, NormalEquati
   // Three edges stand for the whole square wave only while a square spans several sigmas.
   if (!(blur_px_ > 0) || !(square_px_ >= kLeastPerSigma * blur_px_)) return false;
   const Coefficients<double> a = unknowns.head(n);
-  for (int i = 0; i < n_used_; ++i)
-    if (!follow(a, samples_[static_cast<std::size_t>(i)])) return false;
+  for (int i = 0; i < n_used_; ++i) {
+    Sample& sample = samples_[static_cast<std::size_t>(i)];
+    if (!skips(sample) && !follow(a, sample)) return false;
+  }
   if (!solve_levels()) return false;
 
   out.reset(n_unknowns_);
@@ -199,6 +204,7 @@ bool PatternProblem::evaluate(const Coefficients<double>& unknowns, NormalEquati
   Coefficients<double> j;
   for (int i = 0; i < n_used_; ++i) {
     const Sample& sample = samples_[static_cast<std::size_t>(i)];
+    if (skips(sample)) continue;
     const double e = predicted(sample) - sample.grey;
     out.squares += e * e;
     out.cost += sample.weight * e * e;
@@ -239,7 +245,7 @@ void PatternProblem::sandwich(int block_px, Sandwich& out) {
   Coefficients<double> j;
   for (int i = 0; i < n_used_; ++i) {
     const Sample& sample = samples_[static_cast<std::size_t>(i)];
-    const int block = sample.pixel / width / block_px * across + sample.pixel % width / block_px;
+    const int block = sample.row / block_px * across + sample.column / block_px;
     Coefficients<double>& score = all[static_cast<std::size_t>(block)];
     if (score.size() == 0) score = Coefficients<double>::Zero(n_unknowns_);
     const LevelVector levels = level_inverse_ * regressors(sample);

@@ -41,6 +41,9 @@ class PatternProblem {
   // Fixes how the blur lies on the pattern to what it is on the surface a. Needed before evaluate. False: a ray misses
   // the surface or the bottom.
   [[nodiscard]] bool start_from(const Coefficients<double>& a);
+  // Of the next evaluations, every so many columns and rows of the region are used: 1 for all. reweigh() and sandwich()
+  // need an evaluation of all.
+  void thin(int every) { every_ = every; }
   // Blur of the next evaluations: given, or the unknown after the surface's.
   void hold_blur(double blur_px) { held_blur_px_ = blur_px; }
   void free_blur() { held_blur_px_ = 0; }
@@ -82,6 +85,7 @@ class PatternProblem {
   // One that is used, and what the last evaluation found for it.
   struct Sample {
     int pixel = 0;
+    int column = 0, row = 0;       // px, in the region
     double grey = 0;
     double weight = 1;
     double along = 0;              // mm along the ray to the surface
@@ -95,6 +99,9 @@ class PatternProblem {
   using LevelVector = Eigen::Matrix<double, PatternLevels::kMost, 1>;
   using Coupling = Eigen::Matrix<double, Eigen::Dynamic, PatternLevels::kMost, 0, kMaxModes, PatternLevels::kMost>;
 
+  [[nodiscard]] bool skips(const Sample& sample) const {
+    return every_ > 1 && (sample.column % every_ != 0 || sample.row % every_ != 0);
+  }
   [[nodiscard]] bool follow(const Coefficients<double>& unknowns, Sample& sample);
   [[nodiscard]] LevelVector regressors(const Sample& sample) const;
   [[nodiscard]] bool solve_levels();
@@ -112,7 +119,7 @@ class PatternProblem {
   std::vector<Sample> samples_;  // the first n_used_ count
   std::vector<Coefficients<double>> scores_;  // one a block
   std::vector<float> sizes_;     // of residuals, for their median
-  int n_used_ = 0, n_unknowns_ = 0;
+  int n_used_ = 0, n_unknowns_ = 0, every_ = 1;
   double held_blur_px_ = 1, blur_px_ = 1, square_px_ = 0, flat_squares_ = 0;
   PatternLevels levels_;
   LevelMatrix level_inverse_ = LevelMatrix::Zero();
