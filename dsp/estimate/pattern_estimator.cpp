@@ -1,7 +1,9 @@
 #include "dsp/estimate/pattern_estimator.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 #include "dsp/estimate/covariance.hpp"
 #include "dsp/estimate/damped_gauss_newton.hpp"

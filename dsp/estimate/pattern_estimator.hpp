@@ -4,6 +4,8 @@
 #pragma once
 
 #include <span>
+#include <utility>
+#include <vector>
 
 #include "dsp/core/result.hpp"
 #include "dsp/estimate/estimator.hpp"

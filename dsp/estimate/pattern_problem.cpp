@@ -49,7 +49,6 @@ int PatternProblem::load(const GrayView& image, std::span<const std::uint8_t> ma
   const bool whole = region_.u0 >= 0 && region_.v0 >= 0 && region_.u1 <= image.width && region_.v1 <= image.height;
   if (!whole || (!mask.empty() && mask.size() != pixels_.size())) return 0;
   const int width = region_.u1 - region_.u0;
-  double n = 0, sum = 0;
   for (std::size_t i = 0; i < pixels_.size(); ++i) {
     if (!pixels_[i].sees || (!mask.empty() && mask[i] == 0)) continue;
     Sample& sample = samples_[static_cast<std::size_t>(n_used_++)];
@@ -59,8 +58,6 @@ int PatternProblem::load(const GrayView& image, std::span<const std::uint8_t> ma
     sample.along = 0;
     sample.weight = 1;
     sample.grey = image.row(region_.v0 + sample.row)[region_.u0 + sample.column];
-    n += 1;
-    sum += sample.grey;
   }
   // The best plane of grey levels, about the pixels' own centre.
   Vec3<double> centre = Vec3<double>::Zero();
@@ -70,7 +67,7 @@ int PatternProblem::load(const GrayView& image, std::span<const std::uint8_t> ma
     const Pixel& pixel = pixels_[static_cast<std::size_t>(sample.pixel)];
     return Vec3<double>(static_cast<double>(pixel.u), static_cast<double>(pixel.v), sample.grey);
   };
-  for (int i = 0; i < n_used_; ++i) centre += place(i) / n;
+  for (int i = 0; i < n_used_; ++i) centre += place(i) / n_used_;
   for (int i = 0; i < n_used_; ++i) {
     const Vec3<double> off = place(i) - centre;
     squares += off * off.transpose();

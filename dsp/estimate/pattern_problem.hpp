@@ -3,6 +3,8 @@
 // One camera; one thread per object.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
