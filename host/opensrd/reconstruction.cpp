@@ -8,6 +8,7 @@
 #include "drivers/recording/image_file.hpp"
 #include "drivers/support/text_file.hpp"
 #include "host/opensrd/frame_list.hpp"
+#include "host/opensrd/patch_run.hpp"
 #include "host/reconstruct/series.hpp"
 
 namespace srd::host::opensrd {
@@ -51,11 +52,7 @@ void use_common_frames(std::vector<RunCamera>& cameras, std::vector<std::string>
 }  // namespace
 
 Outcome<Preparation> prepare(const Settings& settings, const Overrides& overrides) {
-  if (settings.dialect == Dialect::k2017)
-    return Problem{Exit::kUsage, "asks for the pattern-consistency metric of the 2017 release, which is not available yet",
-                   settings.file.string(), "settings of the user guide or of the 2016 code",
-                   "keys of the 2017 release (gridSize, min_u, max_u, ..)",
-                   "reconstruct from corners: give FeaturePatternSize_*, InputFeatures1, ErrorMetric as the 2016 code does"};
+  if (settings.dialect == Dialect::k2017) return prepare_patch(settings, overrides);
   Preparation made;
   RunPlan& plan = made.plan;
   made.warnings = settings.warnings;
@@ -143,11 +140,14 @@ Outcome<void> write_results(const OutputPlan& outputs, const Settings& settings,
                             const RunResult& result) {
   const RunPlan& plan = preparation.plan;
   if (auto done = write_text_file(outputs.coefficients,
-                                  coefficients_text(settings.dialect, result.frames, settings.parameters));
+                                  coefficients_text(settings.dialect, result.frames, plan.model.modes.size()));
       !done)
     return done.error();
   if (!outputs.errors.empty())
     if (auto done = write_text_file(outputs.errors, errors_text(settings.dialect, result.frames)); !done)
+      return done.error();
+  if (!outputs.centres.empty())
+    if (auto done = write_text_file(outputs.centres, centres_text(settings.dialect, result.frames)); !done)
       return done.error();
   if (auto done = write_series(outputs.series, outputs.summary, plan, result, preparation.head, preparation.warnings); !done)
     return done.error();

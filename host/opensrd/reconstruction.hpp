@@ -18,6 +18,7 @@ struct Overrides {
   std::optional<std::filesystem::path> features;  // folder of an earlier run: its features instead of images
   std::optional<double> rate_hz;                  // of the images
   bool free_index = false;                        // estimate the index of water
+  std::optional<int> model;                       // k2017: parameters of the surface; 2: the release's form
 };
 
 struct Preparation {
@@ -27,7 +28,7 @@ struct Preparation {
   std::vector<std::string> warnings;
 };
 
-// Reads and checks everything but the frames; estimates poses. kUsage: 2017 dialect. kInput: a file that cannot be used.
+// Reads and checks everything but the frames; estimates poses. kInput: a file that cannot be used.
 [[nodiscard]] Outcome<Preparation> prepare(const Settings& settings, const Overrides& overrides);
 
 // All result files of the plan.

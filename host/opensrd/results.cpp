@@ -32,7 +32,7 @@ bool is_frame_file(const fs::path& file) {
 
 std::vector<fs::path> single_files(const OutputPlan& plan) {
   std::vector<fs::path> files = {plan.series, model_sidecar_path(plan.series), plan.summary};
-  for (const fs::path& file : {plan.coefficients, plan.errors})
+  for (const fs::path& file : {plan.coefficients, plan.errors, plan.centres})
     if (!file.empty()) files.push_back(file);
   files.insert(files.end(), plan.poses.begin(), plan.poses.end());
   return files;
@@ -77,6 +77,7 @@ Outcome<OutputPlan> plan_outputs(const Settings& settings, const fs::path& out, 
   OutputPlan plan;
   plan.coefficients = place(settings.coefficients_output, "the coefficients");
   if (settings.save_errors) plan.errors = place(settings.errors_output, "the errors");
+  if (!settings.patch.centres_output.empty()) plan.centres = place(settings.patch.centres_output, "the centres");
   for (std::size_t i = 0; i < settings.cameras.size(); ++i) {
     const std::string camera = "camera " + std::to_string(i + 1);
     if (with_poses && settings.save_pose)
@@ -141,6 +142,17 @@ std::string errors_text(Dialect dialect, std::span<const FrameRecord> frames) {
   for (std::size_t k = 0; k < frames.size(); ++k) {
     const FrameRecord& frame = frames[frame_at(dialect, k, frames.size())];
     text += formatted("%.6g", frame.has_surface() ? frame.estimate.mean_error : std::nan("")) + "\n";
+  }
+  return text;
+}
+
+std::string centres_text(Dialect dialect, std::span<const FrameRecord> frames) {
+  std::string text;
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    const FrameRecord& frame = frames[frame_at(dialect, k, frames.size())];
+    const bool known = frame.has_surface() && frame.centre;
+    text += "[" + formatted("%.5f", known ? frame.centre->x() : std::nan("")) + "," +
+            formatted("%.5f", known ? frame.centre->y() : std::nan("")) + "]\n";
   }
   return text;
 }

@@ -18,6 +18,7 @@ namespace srd::host::opensrd {
 struct OutputPlan {
   std::filesystem::path coefficients;            // empty: a recording has none
   std::filesystem::path errors;                  // empty: not asked for
+  std::filesystem::path centres;                 // 2017 only; empty: not asked for
   std::vector<std::filesystem::path> poses;      // one a camera; empty: not asked for
   std::vector<std::filesystem::path> features;   // folder, one a camera; empty: not asked for
   std::filesystem::path series;                  // surface.csv, chronological
@@ -47,6 +48,8 @@ struct OutputPlan {
 [[nodiscard]] std::string coefficients_text(Dialect dialect, std::span<const FrameRecord> frames, int parameters);
 // Mean error of each frame, a line a frame; "nan" where there is no surface.
 [[nodiscard]] std::string errors_text(Dialect dialect, std::span<const FrameRecord> frames);
+// "[X,Y]" (mm, 5 decimals) of where the region's middle meets the surface, a line a frame; "[nan,nan]" without one.
+[[nodiscard]] std::string centres_text(Dialect dialect, std::span<const FrameRecord> frames);
 // Frame_k.txt of one camera: id u v of its corners, undistorted pixels. ids: per point of the run, the line of the
 // camera's own file of feature points.
 [[nodiscard]] Outcome<void> write_feature_files(const std::filesystem::path& folder, Dialect dialect,

@@ -93,6 +93,7 @@ std::string metric_unit(const std::string& metric) {
   if (metric == "reprojection") return "px";
   if (metric == "disparity") return "mm";
   if (metric == "collinearity") return "rad";
+  if (metric == "pattern") return "grey levels";
   return "";
 }
 

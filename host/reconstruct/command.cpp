@@ -9,6 +9,7 @@
 #include "drivers/recording/recording.hpp"
 #include "drivers/support/text_file.hpp"
 #include "host/reconstruct/options.hpp"
+#include "host/reconstruct/ordered_work.hpp"
 
 namespace srd::host {
 
@@ -68,15 +69,22 @@ void add_reconstruct_command(CLI::App& app, int& exit_code) {
                                                       {"collinearity", dsp::Metric::kCollinearity}};
   command->add_option("--metric", options->metric, "what is minimised: reprojection, disparity or collinearity")
       ->transform(CLI::CheckedTransformer(metrics, CLI::ignore_case));
+  command->add_option("--threads", options->threads, "threads (default: as many as the machine runs at once); results do not depend on it")
+      ->default_val(hardware_threads())
+      ->check(CLI::Range(1, 256));
   command->add_option("--rate", options->rate_hz, "frames a second of images that carry no time")
       ->check(within(0, 1e6, "Hz"));
   const char* settings_only = "OpenSRD settings";
   command->add_option("--features", options->features, "features of an earlier run (its --out folder) instead of images")
       ->group(settings_only);
   const char* recordings_only = "Recordings";
-  auto* model = command->add_option("--model", options->model, "parameters of the surface: 1, 3, 5, 8 or 12 (default 5)")
-                    ->check(CLI::IsMember({1, 3, 5, 8, 12}))
-                    ->group(recordings_only);
+  const std::map<std::string, int> models = {{"1", 1}, {"3", 3}, {"5", 5}, {"8", 8}, {"12", 12},
+                                             {"plane", 3}, {"level-normal", 2}};
+  auto* model = command
+                    ->add_option("--model", options->model,
+                                 "parameters of the surface: 1, 3 (plane), 5, 8 or 12 (default 5); with settings of "
+                                 "OpenSRD's 2017 release also level-normal, its form with 2 parameters")
+                    ->transform(CLI::CheckedTransformer(models));
   command->add_option("--modes", options->modes, "modes of the surface instead: A00,B,C,A10,..")
       ->delimiter(',')
       ->excludes(model)

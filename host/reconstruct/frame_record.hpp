@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,9 +16,10 @@ struct FrameRecord {
   std::int64_t time_ns = 0;
   std::string status;              // "ok" or why there is none: as the CSV's status column
   dsp::Estimate<double> estimate;  // meaningful when has_surface()
-  int expected = 0;                // points of all cameras together
-  int found = 0;                   // corners of all cameras together
+  int expected = 0;                // points of all cameras together; pixels that show the pattern
+  int found = 0;                   // corners of all cameras together; pixels used
   double seconds = 0;              // spent on the frame, reading included
+  std::optional<dsp::Vec2<double>> centre;  // of the surface seen in the region, X Y in mm; pattern metric only
   std::vector<std::vector<dsp::Observation<double>>> corners;  // a list a camera
 
   [[nodiscard]] bool has_surface() const { return !dsp::failed(estimate.stop); }

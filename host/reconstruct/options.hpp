@@ -21,8 +21,9 @@ struct ReconstructOptions {
   std::optional<double> rate_hz;
   // OpenSRD settings only.
   std::optional<std::filesystem::path> features;
+  std::optional<int> model;  // parameters; 2: level-normal, for settings of the 2017 release only
+  int threads = 1;           // >= 1
   // Recordings only: the settings say these themselves.
-  std::optional<int> model;
   std::vector<std::string> modes;
   std::optional<double> lx, ly;  // mm
   std::vector<double> guess;     // mm

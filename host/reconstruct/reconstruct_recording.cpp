@@ -41,6 +41,9 @@ opensrd::PatternSize listed_rows(const Points& points) {
 Outcome<RunPlan> plan_of(const ReconstructOptions& options, const Recording& recording) {
   if (options.features)
     return Problem{Exit::kUsage, "--features is for OpenSRD settings", options.source.string(), "a settings.xml", "", ""};
+  if (options.model == 2)
+    return Problem{Exit::kUsage, "--model level-normal is for settings of the 2017 release", options.source.string(),
+                   "1, 3 (plane), 5, 8 or 12", "", ""};
   if (!options.lx || !options.ly)
     return Problem{Exit::kUsage, "--lx and --ly are missing", options.source.string(),
                    "the length scales of the surface model, mm", "", "add --lx MM --ly MM"};
@@ -77,6 +80,7 @@ Outcome<RunPlan> plan_of(const ReconstructOptions& options, const Recording& rec
     plan.sequences.push_back(frame.sequence);
     plan.times_ns.push_back(frame.time_ns);
   }
+  plan.threads = options.threads;
   plan.times_known = recording.listed || options.rate_hz;
   plan.cameras.push_back(std::move(camera));
   return plan;

@@ -33,9 +33,9 @@ Outcome<void> report(const RunPlan& plan, const RunResult& result, const std::ve
   }
   for (const std::string& line : head) std::printf("%s\n", line.c_str());
   std::printf("refractive index %s\n", index_text(plan, result).c_str());
-  std::printf("%zu of %zu frames with a surface, mean %s error %.5f %s, mean height over the pattern %.4f mm, %.2f ms a frame\n",
-              m.surfaces, result.frames.size(), metric_name(plan.options.metric), m.error,
-              metric_unit(plan.options.metric), m.height_mm, 1000 * m.seconds_a_frame);
+  std::printf("%zu of %zu frames with a surface, mean %s error %.5f %s, mean height over the %s %.4f mm, %.2f ms a frame\n",
+              m.surfaces, result.frames.size(), metric_name(plan), m.error,
+              metric_unit(plan), plan.pattern_run ? "region" : "pattern", m.height_mm, 1000 * m.seconds_a_frame);
   std::printf("results in %s\n", out.string().c_str());
   return {};
 }

@@ -6,8 +6,10 @@
 namespace srd::host {
 
 Outcome<RunResult> run(const RunPlan& plan, const Progress& progress) {
-  Outcome<RunResult> result = plan.from_images ? run_images(plan, progress) : run_features(plan, progress);
-  if (!result) return result;
+  Outcome<RunResult> result = plan.pattern_run   ? run_pattern(plan, progress)
+                              : plan.from_images ? run_images(plan, progress)
+                                                 : run_features(plan, progress);
+  if (!result || plan.pattern_run) return result;
   const std::vector<std::string> warnings = rank_warnings(plan, *result);
   result->warnings.insert(result->warnings.end(), warnings.begin(), warnings.end());
   return result;

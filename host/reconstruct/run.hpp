@@ -5,11 +5,13 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "drivers/recording/rig.hpp"
 #include "dsp/estimate/estimator.hpp"
+#include "dsp/estimate/pattern_estimator.hpp"
 #include "host/opensrd/board_corners.hpp"
 #include "host/reconstruct/frame_record.hpp"
 
@@ -23,6 +25,16 @@ struct RunCamera {
   std::vector<std::filesystem::path> frames;   // chronological: images or feature files
 };
 
+// What the pattern metric needs instead of points and corners.
+struct PatternRun {
+  Region region;                    // of every image
+  int dark_below = 0, bright_above = 255;  // grey levels: see pattern_mask()
+  dsp::PatternSurface surface;
+  dsp::CheckerPlane plane;
+  dsp::PatternOptions options;
+  dsp::Vec3<double> centre_ray;     // direction through the middle of the pixels that show the pattern
+};
+
 struct RunPlan {
   std::vector<RunCamera> cameras;  // all with the same number of frames
   Points points;                   // F of all cameras, each once, mm
@@ -32,6 +44,7 @@ struct RunPlan {
   dsp::Media<double> media;
   dsp::EstimatorOptions options;
   dsp::Coefficients<double> guess;
+  std::optional<PatternRun> pattern_run;  // the pattern metric, whatever options.metric says
   bool from_images = true;
   opensrd::CornerSearch search;
   double match_radius_px = 10;
@@ -39,6 +52,7 @@ struct RunPlan {
   std::vector<std::uint64_t> sequences;
   std::vector<std::int64_t> times_ns;
   bool times_known = false;        // false: they only count frames, a second each
+  int threads = 1;                 // >= 1; results do not depend on it
 };
 
 struct RunResult {

@@ -8,6 +8,7 @@
 #include "host/opensrd/features.hpp"
 #include "host/reconstruct/first_surface.hpp"
 #include "host/reconstruct/identities.hpp"
+#include "host/reconstruct/ordered_work.hpp"
 
 namespace srd::host {
 
@@ -65,12 +66,21 @@ Outcome<RunResult> run_features(const RunPlan& plan, const Progress& progress) {
   auto first = FirstSurface::make(plan, static_cast<int>(most));
   if (!first) return unusable_model(first.error());
 
+  // Each frame starts from the one before, in order; files are read ahead.
+  using Lists = std::vector<Outcome<Features>>;  // a list a camera
+  const std::size_t total = plan.cameras.front().frames.size();
+  OrderedWork<Lists> reading(plan.threads, total, static_cast<std::size_t>(4 * plan.threads), [&](std::size_t i, int) {
+    Lists lists;
+    for (const RunCamera& camera : plan.cameras)
+      lists.push_back(opensrd::read_features(camera.frames[i], static_cast<int>(camera.points.size())));
+    return lists;
+  });
   RunResult result;
   dsp::StartHistory<double> history(plan.guess);
   std::vector<std::optional<bool>> from_end(plan.cameras.size());
-  const std::size_t total = plan.cameras.front().frames.size();
   for (std::size_t i = 0; i < total; ++i) {
     const auto began = std::chrono::steady_clock::now();
+    const Lists lists = reading.take();
     FrameRecord record;
     record.name = plan.cameras.front().frames[i].filename().string();
     record.sequence = plan.sequences[i];
@@ -78,7 +88,7 @@ Outcome<RunResult> run_features(const RunPlan& plan, const Progress& progress) {
     std::vector<dsp::CameraObservations<double>> cameras;
     for (std::size_t c = 0; c < plan.cameras.size(); ++c) {
       const RunCamera& camera = plan.cameras[c];
-      const auto features = opensrd::read_features(camera.frames[i], static_cast<int>(camera.points.size()));
+      const Outcome<Features>& features = lists[c];
       if (!features) return features.error();
       if (!from_end[c] && features->size() >= 4) {
         from_end[c] = counts_from_end(listed(*features, views[c].camera), camera, plan.points);

@@ -6,6 +6,7 @@
 #include "host/opensrd/pose_estimation.hpp"
 #include "host/reconstruct/first_surface.hpp"
 #include "host/reconstruct/identities.hpp"
+#include "host/reconstruct/ordered_work.hpp"
 #include "host/reconstruct/run_kinds.hpp"
 
 namespace srd::host {
@@ -27,7 +28,17 @@ const char* status_word(dsp::TrackStatus status, dsp::TrackState state, dsp::Sto
   return "failed";
 }
 
-Outcome<std::vector<GrayImage>> read_frame(const RunPlan& plan, std::size_t i) {
+using Images = Outcome<std::vector<GrayImage>>;
+struct ReadFrame {
+  Images images;
+  double seconds = 0;
+};
+
+double seconds_since(std::chrono::steady_clock::time_point began) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+}
+
+Images read_frame(const RunPlan& plan, std::size_t i) {
   std::vector<GrayImage> images;
   for (const RunCamera& camera : plan.cameras) {
     Outcome<GrayImage> image = read_gray_image(camera.frames[i]);
@@ -104,8 +115,14 @@ dsp::SurfaceTrackerOptions tracker_options(const RunPlan& plan, double rms_px) {
 
 Outcome<RunResult> run_images(const RunPlan& plan, const Progress& progress) {
   const std::size_t total = plan.cameras.front().frames.size();
-  Outcome<std::vector<GrayImage>> images = read_frame(plan, 0);
-  if (!images) return images.error();
+  // Each frame is tracked from the one before, in order; reading and decoding, most of the time, goes on ahead.
+  OrderedWork<ReadFrame> reading(plan.threads, total, static_cast<std::size_t>(2 * plan.threads), [&](std::size_t i, int) {
+    const auto began = std::chrono::steady_clock::now();
+    Images images = read_frame(plan, i);
+    return ReadFrame{std::move(images), seconds_since(began)};
+  });
+  ReadFrame read = reading.take();
+  if (!read.images) return read.images.error();
   const auto make_pattern = [&](dsp::FirstSquare first) { return dsp::Pattern::make(plan.points, first); };
   auto pattern = make_pattern(dsp::FirstSquare::kDark);
   if (!pattern || pattern->rows() < 2 || pattern->columns() < 2)
@@ -116,9 +133,9 @@ Outcome<RunResult> run_images(const RunPlan& plan, const Progress& progress) {
   std::vector<dsp::CameraSetup<double>> setups;
   for (std::size_t c = 0; c < plan.cameras.size(); ++c) {
     views.push_back({plan.cameras[c].calibration.camera, plan.cameras[c].pose});
-    setups.push_back({views[c], (*images)[c].width, (*images)[c].height, {}});
+    setups.push_back({views[c], (*read.images)[c].width, (*read.images)[c].height, {}});
   }
-  const std::optional<Opening> opening = open(plan, *images, views, pattern->square());
+  const std::optional<Opening> opening = open(plan, *read.images, views, pattern->square());
   if (opening) pattern = make_pattern(opening->first);
   auto tracker = Tracker::make(setups, *pattern, plan.model, plan.media, opening ? opening->guess : plan.guess,
                                plan.options, tracker_options(plan, opening ? opening->rms_px : 0));
@@ -130,16 +147,16 @@ Outcome<RunResult> run_images(const RunPlan& plan, const Progress& progress) {
                               ": the first frame does not show the whole pattern in every camera; the search starts "
                               "from the guess");
   for (std::size_t i = 0; i < total; ++i) {
+    if (i > 0) read = reading.take();
     const auto began = std::chrono::steady_clock::now();
     FrameRecord record;
     record.name = plan.cameras.front().frames[i].filename().string();
     record.sequence = plan.sequences[i];
     record.time_ns = plan.times_ns[i];
     record.corners.resize(plan.cameras.size());
-    if (i > 0) images = read_frame(plan, i);
-    if (!images) {
+    if (!read.images) {
       // One damaged image among thousands costs its own frame only.
-      const Problem& problem = images.error();
+      const Problem& problem = read.images.error();
       result.warnings.push_back(problem.where + ": " + problem.what + "; the frame has no surface");
       record.status = "bad_frame";
       result.frames.push_back(std::move(record));
@@ -147,7 +164,7 @@ Outcome<RunResult> run_images(const RunPlan& plan, const Progress& progress) {
       continue;
     }
     std::vector<GrayView> frame;
-    for (const GrayImage& image : *images) frame.push_back(image.view());
+    for (const GrayImage& image : *read.images) frame.push_back(image.view());
     const dsp::FrameResult<double>& found = tracker->process(frame, plan.times_ns[i]);
     record.expected = found.expected;
     record.found = found.found;
@@ -155,7 +172,7 @@ Outcome<RunResult> run_images(const RunPlan& plan, const Progress& progress) {
     record.status = status_word(found.status, found.state, found.estimate.stop);
     for (std::size_t c = 0; c < plan.cameras.size(); ++c)
       record.corners[c].assign(found.observations[c].begin(), found.observations[c].end());
-    record.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+    record.seconds = read.seconds + seconds_since(began);
     result.frames.push_back(std::move(record));
     if (progress) progress(i + 1, total);
   }

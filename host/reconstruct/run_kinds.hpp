@@ -1,4 +1,5 @@
-// The two ways of run(): frames whose corners are known already, from feature files; and frames as images.
+// The ways of run(): frames whose corners are known already, from feature files; frames as images; and images by the
+// pattern metric.
 #pragma once
 
 #include "host/reconstruct/run.hpp"
@@ -7,6 +8,8 @@ namespace srd::host {
 
 [[nodiscard]] Outcome<RunResult> run_features(const RunPlan& plan, const Progress& progress);
 [[nodiscard]] Outcome<RunResult> run_images(const RunPlan& plan, const Progress& progress);
+// plan.pattern_run; one camera. Frames are fitted in blocks of fixed size, each of which starts from the guess.
+[[nodiscard]] Outcome<RunResult> run_pattern(const RunPlan& plan, const Progress& progress);
 
 // No estimator can be made for the plan.
 [[nodiscard]] Problem unusable_model(Errc code);

@@ -41,8 +41,9 @@ std::string mode_names(const dsp::ModeList& modes) {
 
 }  // namespace
 
-const char* metric_name(dsp::Metric metric) {
-  switch (metric) {
+const char* metric_name(const RunPlan& plan) {
+  if (plan.pattern_run) return "pattern";
+  switch (plan.options.metric) {
     case dsp::Metric::kReprojection: return "reprojection";
     case dsp::Metric::kDisparity: return "disparity";
     case dsp::Metric::kCollinearity: return "collinearity";
@@ -50,8 +51,9 @@ const char* metric_name(dsp::Metric metric) {
   return "unknown";
 }
 
-const char* metric_unit(dsp::Metric metric) {
-  switch (metric) {
+const char* metric_unit(const RunPlan& plan) {
+  if (plan.pattern_run) return "grey levels";
+  switch (plan.options.metric) {
     case dsp::Metric::kReprojection: return "px";
     case dsp::Metric::kDisparity: return "mm";
     case dsp::Metric::kCollinearity: return "rad";
@@ -72,7 +74,7 @@ std::string series_csv(const RunPlan& plan, const RunResult& result) {
     text += std::string(kNode) + ",0," + std::to_string(frame.sequence) + "," + std::to_string(frame.time_ns) + "," +
             clock + "," + frame.status + "," + std::to_string(frame.expected) + "," + std::to_string(frame.found) +
             "," + std::to_string(good ? e.corners_used : 0) + "," + (good ? fixed(e.mean_error, 7) : "") + "," +
-            metric_name(plan.options.metric) + "," +
+            metric_name(plan) + "," +
             (good ? fixed(plan.model.height(e.coefficients, pattern.x_centre(), pattern.y_centre()), 6) : "");
     for (int j = 0; j < plan.model.modes.size(); ++j) text += "," + (good ? fixed(e.coefficients[j], 6) : "");
     for (int j = 0; j < plan.model.modes.size(); ++j)
@@ -114,20 +116,23 @@ RunMeans means(const RunPlan& plan, const RunResult& result) {
 std::string summary_text(const RunPlan& plan, const RunResult& result, const std::vector<std::string>& head,
                          const std::vector<std::string>& warnings) {
   const RunMeans m = means(plan, result);
-  const std::string unit = metric_unit(plan.options.metric);
+  const std::string unit = metric_unit(plan);
   std::string text;
   for (const std::string& line : head) text += line + "\n";
   text += "refractive index: " + index_text(plan, result) + " (air " + number_text(plan.media.air) + ")\n";
   text += "surface: " + mode_names(plan.model.modes) + ", Lx " + number_text(plan.model.lx) + " mm, Ly " +
           number_text(plan.model.ly) + " mm\n";
-  text += "metric: " + std::string(metric_name(plan.options.metric)) + ", errors in " + unit + "\n";
+  text += "metric: " + std::string(metric_name(plan)) + ", errors in " + unit + "\n";
   text += "frames: " + std::to_string(result.frames.size()) + ", with a surface: " + std::to_string(m.surfaces) + "\n";
-  if (m.surfaces > 0)
-    text += "mean error: " + fixed(m.error, 5) + " " + unit + "\nreprojection: " + fixed(m.reprojection_rms, 4) +
-            " px rms per axis\nmean surface height over the pattern: " + fixed(m.height_mm, 4) + " mm\n";
+  if (m.surfaces > 0) {
+    text += "mean error: " + fixed(m.error, 5) + " " + unit + "\n";
+    if (!plan.pattern_run) text += "reprojection: " + fixed(m.reprojection_rms, 4) + " px rms per axis\n";
+    text += "mean surface height over the " + std::string(plan.pattern_run ? "region" : "pattern") + ": " +
+            fixed(m.height_mm, 4) + " mm\n";
+  }
   text += "time: " + fixed(1000 * m.seconds_a_frame, 2) + " ms a frame\n";
   for (const std::string& warning : warnings) text += "warning: " + warning + "\n";
-  text += "\nframe\tfile\tstatus\tcorners\tmean error (" + unit + ")\theight (mm)";
+  text += "\nframe\tfile\tstatus\t" + std::string(plan.pattern_run ? "pixels" : "corners") + "\tmean error (" + unit + ")\theight (mm)";
   text += plan.options.free_index ? "\tindex\tits deviation\n" : "\n";
   for (const FrameRecord& frame : result.frames) {
     text += std::to_string(frame.sequence) + "\t" + frame.name + "\t" + frame.status + "\t" +

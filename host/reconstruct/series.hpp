@@ -26,8 +26,8 @@ struct RunMeans {
 // Mean height over the pattern's points, mm.
 [[nodiscard]] double pattern_height(const RunPlan& plan, const dsp::Coefficients<double>& surface);
 
-[[nodiscard]] const char* metric_name(dsp::Metric metric);
-[[nodiscard]] const char* metric_unit(dsp::Metric metric);
+[[nodiscard]] const char* metric_name(const RunPlan& plan);
+[[nodiscard]] const char* metric_unit(const RunPlan& plan);
 
 // head: what was run on what, line by line.
 [[nodiscard]] std::string summary_text(const RunPlan& plan, const RunResult& result,

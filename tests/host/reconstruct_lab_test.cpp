@@ -184,12 +184,36 @@ TEST_F(ReconstructLab, RenderedFramesAsARecording) {
   EXPECT_LE(rms_against_truth("rendered/p1_5term", 5), 0.06);
 }
 
-TEST_F(ReconstructLab, SettingsOf2017AreReadAndSayWhatIsNotAvailable) {
-  const auto settings_2017 = opensrd::read_settings(data / "opensrd-2017/settings.xml");
-  ASSERT_TRUE(settings_2017) << settings_2017.error().text();
-  EXPECT_EQ(settings_2017->dialect, opensrd::Dialect::k2017);
-  EXPECT_EQ(settings_2017->warnings.size(), 1U);
-  EXPECT_EQ(reconstruct(data / "opensrd-2017/settings.xml").exit, 2);
+TEST_F(ReconstructLab, PatchOf2017AgreesWithItsPublishedSeries) {
+  const CommandResult done = reconstruct(data / "opensrd-2017/settings.xml", {"--threads", "2"});
+  ASSERT_EQ(done.exit, 0) << done.err;
+  const auto ours = coefficient_lines(result("RESULTS/TimeSeries_CAM1.txt"));
+  const auto theirs = coefficient_lines(fakes::bytes_of(data / "opensrd-2017/published/TimeSeries_CAM1_first500.txt"));
+  ASSERT_EQ(theirs.size(), 500U);
+  ASSERT_EQ(ours.size(), theirs.size());
+  double n = 0, x = 0, y = 0, xx = 0, yy = 0, xy = 0, squares = 0;
+  for (std::size_t k = 0; k < ours.size(); ++k) {
+    const double a = ours[k][0], b = theirs[k][0];
+    ASSERT_TRUE(std::isfinite(a)) << k;
+    n += 1, x += a, y += b, xx += a * a, yy += b * b, xy += a * b, squares += (a - b) * (a - b);
+  }
+  EXPECT_LE(std::sqrt(squares / n), 0.35);
+  EXPECT_GE((xy - x * y / n) / std::sqrt((xx - x * x / n) * (yy - y * y / n)), 0.99);
+  // The pose is that of the published run: another program's corners, the same image.
+  const auto published = read_pose(data / "opensrd-2017/published/Camera_Pose_1.txt");
+  const auto pose = read_pose(folder.path() / "out/RESULTS/Camera_Pose_1.txt");
+  ASSERT_TRUE(published && pose);
+  EXPECT_LT((pose->centre() - published->centre()).norm(), 1);
+}
+
+TEST_F(ReconstructLab, ThreadsChangeNothingOnImages) {
+  std::vector<std::string> results;
+  for (const char* threads : {"1", "2", "3"}) {
+    ASSERT_EQ(reconstruct(data / "rendered/p2_8term_2cam", {"--threads", threads}).exit, 0);
+    results.push_back(result("surface.csv") + result("RESULTS/Coefficients.txt") + result("RESULTS/FEATURES/CAM2/Frame_7.txt"));
+  }
+  EXPECT_EQ(results[1], results[0]);
+  EXPECT_EQ(results[2], results[0]);
 }
 
 }  // namespace

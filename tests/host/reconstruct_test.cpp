@@ -189,9 +189,9 @@ TEST(Reconstruct, EveryFrameIsProcessedAndThreadsChangeNothing) {
   OpenSrdFolder lab(flume_scene(5, 2));
   for (int frame = 0; frame < 7; ++frame) lab.add_frame(surface_at(5, frame), 0.1, static_cast<unsigned>(frame));
   std::vector<std::string> series;
-  for (const char* threads : {"1", "2", "4"}) {
+  for (const char* threads : {"1", "2", "3"}) {
     lab.keys["ThreadAmount"] = threads;
-    const CommandResult done = lab.run({"--force"});
+    const CommandResult done = lab.run({"--force", "--threads", threads});
     ASSERT_EQ(done.exit, 0) << done.err;
     series.push_back(lab.result("surface.csv") + lab.result("Coefficients.txt") + lab.result("Errors.txt"));
   }
@@ -272,21 +272,6 @@ TEST(Reconstruct, ResultsAreNotOverwrittenUnlessForced) {
   EXPECT_NE(again.err.find("--force"), std::string::npos) << again.err;
   EXPECT_EQ(lab.run({"--force"}).exit, 3);
   EXPECT_EQ(lab.result("summary.txt"), before);
-}
-
-TEST(Reconstruct, SettingsOf2017SayWhatIsNotAvailable) {
-  OpenSrdFolder lab(flume_scene(3, 1));
-  lab.keys["gridSize"] = "10";
-  for (const char* key : {"min_u", "min_v", "minThreshold"}) lab.keys[key] = "50";
-  for (const char* key : {"max_u", "max_v", "maxThreshold"}) lab.keys[key] = "95";
-  lab.keys["ResponseRadius"] = "5";
-  lab.keys["ResponseThreshold"] = "350";
-  lab.keys["MinDistance"] = "15";
-  const CommandResult done = lab.run();
-  EXPECT_EQ(done.exit, 2);
-  EXPECT_NE(done.err.find("pattern-consistency"), std::string::npos) << done.err;
-  EXPECT_NE(done.err.find("not available"), std::string::npos) << done.err;
-  EXPECT_FALSE(std::filesystem::exists(lab.out()));
 }
 
 }  // namespace

@@ -1,0 +1,238 @@
+#include "host/opensrd/patch_run.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "drivers/recording/image_file.hpp"
+#include "drivers/support/text_file.hpp"
+#include "host/opensrd/frame_list.hpp"
+#include "host/reconstruct/pattern_mask.hpp"
+
+namespace srd::host::opensrd {
+
+namespace {
+
+using dsp::Vec2;
+using dsp::Vec3;
+
+std::string pixels_text(const Region& region) {
+  return "u " + std::to_string(region.u0) + ".." + std::to_string(region.u1) + ", v " + std::to_string(region.v0) + ".." +
+         std::to_string(region.v1);
+}
+
+Outcome<void> check_request(const Settings& settings, const Overrides& overrides) {
+  const std::string file = settings.file.string();
+  if (settings.cameras.size() != 1)
+    return Problem{Exit::kUsage, "asks for the pattern metric with several cameras", file,
+                   "one camera: min_u, max_u, min_v, max_v name one region", std::to_string(settings.cameras.size()) + " cameras",
+                   "set NumberOfCameras to 1 and run the cameras one by one"};
+  if (overrides.metric)
+    return Problem{Exit::kUsage, "--metric is for corners", file,
+                   "the pattern metric, which is what settings of the 2017 release are for", "", "leave --metric out"};
+  if (overrides.features)
+    return Problem{Exit::kUsage, "--features is for corners", file, "images: the pattern metric uses their pixels", "", ""};
+  return {};
+}
+
+// The release's list, and a list row by row for those who made theirs so: the image tells which fits.
+Outcome<PoseFit> pose_of(const CameraSettings& camera, const Calibration& calibration, const Points& listed,
+                         const Settings& settings, dsp::CheckerPlane& plane) {
+  const Outcome<GrayImage> image = read_gray_image(camera.reference);
+  if (!image) return image.error();
+  if (auto right = check_size(image->view(), calibration, camera.reference); !right) return right.error();
+  const CornerSearch search{settings.response_radius, settings.response_threshold, settings.min_distance_px};
+  const auto corners = find_board_corners(image->view(), settings.board, search, camera.reference.string());
+  if (!corners) return corners.error();
+  std::vector<Vec2<double>> pixels;
+  for (const BoardCorner& corner : *corners) pixels.push_back(corner.pixel);
+  Points seen = rows_from_columns(listed, settings.board);
+  Outcome<PoseFit> fit = fit_pose(calibration, pixels, seen, camera.reference.string());
+  if (!fit) {
+    const Outcome<PoseFit> by_rows = fit_pose(calibration, pixels, listed, camera.reference.string());
+    if (!by_rows) return fit;
+    fit = by_rows;
+    seen = listed;
+  }
+  const double square = settings.patch.square_mm;
+  const Vec3<double>& point = seen.front();
+  plane.square_mm = square;
+  plane.x = point.x() - square * std::round(point.x() / square);
+  plane.y = point.y() - square * std::round(point.y() / square);
+  plane.z = point.z();
+  plane.dark = !first_square_bright(corners->front(), point, square, {calibration.camera, fit->pose});
+  return fit;
+}
+
+// Neighbours in the list lie a square apart.
+Outcome<void> check_spacing(const Points& listed, const Settings& settings, const std::filesystem::path& file) {
+  const double spacing = (listed[1] - listed[0]).norm(), square = settings.patch.square_mm;
+  if (std::abs(spacing - square) <= 0.01 * square) return {};
+  return Problem{Exit::kInput, "does not agree with gridSize", file.string(), "points " + number_text(square) + " mm apart",
+                 number_text(spacing) + " mm", "mend gridSize or the points"};
+}
+
+// The settings' guess in the run's form; the release's form and a plane translate into each other.
+dsp::Coefficients<double> guess_of(const Settings& settings, int parameters) {
+  const std::vector<double>& given = settings.guess;
+  const bool from_release = settings.parameters == 2, to_release = parameters == 2;
+  dsp::Coefficients<double> guess = dsp::Coefficients<double>::Zero(parameters);
+  for (std::size_t j = 0; j < given.size() && j < static_cast<std::size_t>(parameters); ++j)
+    guess[static_cast<Eigen::Index>(j)] = given[j];
+  if (from_release == to_release) return guess;
+  if (to_release) {
+    guess[1] *= dsp::kNormalScale / settings.lx;
+  } else if (parameters >= 3) {
+    guess[1] *= settings.lx / dsp::kNormalScale;
+    guess[2] = -dsp::kNormalY * settings.ly;
+  } else {
+    guess = guess.head(1).eval();
+  }
+  return guess;
+}
+
+// The direction through the middle of the pixels that show the pattern, and where rays through them meet the surface of
+// the guess: the middle is the origin of the model, the outermost places are the plan's points.
+Outcome<void> place_region(RunPlan& plan) {
+  PatternRun& pattern = *plan.pattern_run;
+  const RunCamera& camera = plan.cameras.front();
+  const std::filesystem::path& file = camera.frames.front();
+  const Outcome<GrayImage> image = read_gray_image(file);
+  if (!image) return image.error();
+  if (auto right = check_size(image->view(), camera.calibration, file); !right) return right.error();
+  const Region& region = pattern.region;
+  if (region.u1 > image->width || region.v1 > image->height)
+    return Problem{Exit::kUsage, "the region reaches beyond the image", file.string(),
+                   "at most u " + std::to_string(image->width) + ", v " + std::to_string(image->height), pixels_text(region),
+                   "mend max_u and max_v in the settings"};
+  const auto mask = pattern_mask(image->view(), region, pattern.dark_below, pattern.bright_above);
+  const int width = region.u1 - region.u0;
+  Vec2<double> sum(0, 0);
+  double n = 0;
+  Region seen{region.u1, region.v1, region.u0, region.v0};
+  for (std::size_t i = 0; i < mask.size(); ++i) {
+    if (mask[i] == 0) continue;
+    const int u = region.u0 + static_cast<int>(i) % width, v = region.v0 + static_cast<int>(i) / width;
+    sum += Vec2<double>(u, v);
+    n += 1;
+    seen = {std::min(seen.u0, u), std::min(seen.v0, v), std::max(seen.u1, u), std::max(seen.v1, v)};
+  }
+  if (n == 0)
+    return Problem{Exit::kInput, "shows nothing in the region", file.string(),
+                   "pixels darker than minThreshold or brighter than maxThreshold", pixels_text(region),
+                   "check the region and the thresholds in the settings"};
+  const dsp::View<double> view{camera.calibration.camera, camera.pose};
+  const auto meet = [&](double u, double v, Vec3<double>& direction) -> Result<Vec3<double>> {
+    const auto xy = view.camera.undistort({u, v});
+    if (!xy) return xy.error();
+    direction = view.ray(*xy).direction;
+    dsp::Trace<double> way;
+    const auto followed = pattern.surface.follow({view.pose.centre(), direction}, plan.guess, plan.media, pattern.plane.z, way, 0);
+    if (!followed) return followed.error();
+    return way.surface_point;
+  };
+  Vec3<double> unused;
+  const auto middle = meet(sum.x() / n, sum.y() / n, pattern.centre_ray);
+  plan.points.clear();
+  for (const double u : {seen.u0, seen.u1})
+    for (const double v : {seen.v0, seen.v1})
+      if (const auto corner = meet(u, v, unused)) plan.points.push_back(*corner);
+  if (!middle || plan.points.size() < 4)
+    return Problem{Exit::kInput, "the region's rays do not meet the surface of the guess", file.string(),
+                   "a guess above the pattern and below the camera", "", "check InitialGuess and the region"};
+  const auto tenths = [](double mm) { return std::round(10 * mm) / 10; };
+  plan.model.x0 = tenths(middle->x());
+  plan.model.y0 = tenths(middle->y());
+  pattern.surface.model = plan.model;
+  return {};
+}
+
+}  // namespace
+
+Points rows_from_columns(const Points& listed, PatternSize board) {
+  Points seen;
+  for (int row = 0; row < board.rows; ++row)
+    for (int column = 0; column < board.columns; ++column)
+      seen.push_back(listed[static_cast<std::size_t>(column * board.rows + (board.rows - 1 - row))]);
+  return seen;
+}
+
+Outcome<Preparation> prepare_patch(const Settings& settings, const Overrides& overrides) {
+  if (auto good = check_request(settings, overrides); !good) return good.error();
+  Preparation made;
+  RunPlan& plan = made.plan;
+  made.warnings = settings.warnings;
+  made.head.push_back("settings: " + settings.file.string() + " (" + to_string(settings.dialect) + ")");
+  const CameraSettings& given = settings.cameras.front();
+  RunCamera camera;
+  camera.name = "camera 1";
+  const Outcome<Calibration> calibration = read_calibration(given.calibration);
+  if (!calibration) return calibration.error();
+  camera.calibration = *calibration;
+
+  PatternRun pattern;
+  pattern.region = settings.patch.region;
+  pattern.dark_below = settings.patch.dark_below;
+  pattern.bright_above = settings.patch.bright_above;
+  if (!settings.pose_from_image)
+    return Problem{Exit::kUsage, "the pattern metric needs the reference image", settings.file.string(),
+                   "TypeCameraPose 1: the image tells the colour of the squares too", "TypeCameraPose 0", ""};
+  const Outcome<Points> listed = read_points(given.pose_points);
+  if (!listed) return listed.error();
+  if (static_cast<int>(listed->size()) != settings.board.count())
+    return Problem{Exit::kInput, "has the wrong number of points", given.pose_points.string(),
+                   std::to_string(settings.board.count()) + " (the reference pattern's size)", std::to_string(listed->size()),
+                   "mend the file or the settings"};
+  if (auto good = check_spacing(*listed, settings, given.pose_points); !good) return good.error();
+  const Outcome<PoseFit> fit = pose_of(given, *calibration, *listed, settings, pattern.plane);
+  if (!fit) return fit.error();
+  made.fits.push_back(*fit);
+  made.warnings.insert(made.warnings.end(), fit->warnings.begin(), fit->warnings.end());
+  camera.pose = fit->pose;
+  const Vec3<double> centre = camera.pose.centre();
+  const auto hundredths = [](double mm) { return number_text(std::round(100 * mm) / 100); };
+  made.head.push_back("camera 1: pose from " + given.reference.string() + ", " + std::to_string(fit->corners) + " corners, " +
+                      number_text(std::round(1e4 * fit->rms_px) / 1e4) + " px rms per axis; centre " + hundredths(centre.x()) +
+                      " " + hundredths(centre.y()) + " " + hundredths(centre.z()) + " mm");
+
+  const int parameters = overrides.model.value_or(settings.parameters);
+  const bool release = parameters == 2;
+  pattern.surface.form = release ? dsp::SurfaceForm::kLevelAndNormal : dsp::SurfaceForm::kModes;
+  // In the series the release's form goes by the modes that mean the same: a level, and a slope over 100 mm along X.
+  const std::array<dsp::Mode, 2> level_and_slope{dsp::Mode{}, dsp::Mode{dsp::Mode::Kind::kSlopeX, 0, 0}};
+  plan.model.modes = release ? dsp::ModeList::make(level_and_slope).value() : dsp::ModeList::standard(parameters).value();
+  plan.model.lx = release ? dsp::kNormalScale : settings.lx;
+  plan.model.ly = release ? dsp::kNormalScale : settings.ly;
+  plan.media.water = overrides.refractive_index.value_or(kPublishedIndex);
+  plan.guess = guess_of(settings, parameters);
+  // The settings know one dark and one bright level for the whole region.
+  pattern.options.gradients = false;
+  pattern.options.epsg = settings.epsg;
+  pattern.options.epsf = settings.epsf;
+  pattern.options.epsx = settings.epsx;
+  pattern.options.max_iterations = settings.max_iterations;
+  const bool scaled = std::any_of(settings.scale.begin(), settings.scale.end(), [](double x) { return x != 1; });
+  if (scaled && parameters == settings.parameters) pattern.options.scale = settings.scale;
+  pattern.surface.model = plan.model;
+  plan.pattern_run = pattern;
+
+  Outcome<std::vector<std::filesystem::path>> frames = image_files(given.frames);
+  if (!frames) return frames.error();
+  camera.frames = std::move(frames).value();
+  plan.cameras.push_back(std::move(camera));
+  if (auto placed = place_region(plan); !placed) return placed.error();
+  made.head.push_back(
+      release ? "surface form: level-normal, the 2017 release's: level A00 for the intersection, normal (-B/100, 0.07, 1); "
+                "an approximation of a local plane"
+              : "surface form: modes");
+  made.head.push_back("region: " + pixels_text(pattern.region) + "; model origin X " + number_text(plan.model.x0) + " Y " +
+                      number_text(plan.model.y0) + " mm");
+  const double rate_hz = overrides.rate_hz.value_or(1);
+  plan.times_known = overrides.rate_hz.has_value();
+  for (std::size_t i = 0; i < plan.cameras.front().frames.size(); ++i) {
+    plan.sequences.push_back(i);
+    plan.times_ns.push_back(std::llround(static_cast<double>(i) * 1e9 / rate_hz));
+  }
+  return made;
+}
+
+}  // namespace srd::host::opensrd

@@ -1,0 +1,120 @@
+#include <algorithm>
+#include <ctime>
+
+#include "drivers/recording/image_file.hpp"
+#include "dsp/estimate/start_history.hpp"
+#include "host/opensrd/pose_estimation.hpp"
+#include "host/reconstruct/ordered_work.hpp"
+#include "host/reconstruct/pattern_mask.hpp"
+#include "host/reconstruct/run_kinds.hpp"
+
+namespace srd::host {
+
+namespace {
+
+// A block starts from the guess, whatever came before it: blocks can then be fitted side by side.
+constexpr std::size_t kBlock = 25;  // frames
+// Of the grey levels' variance. A pattern that lies a third of a square off along one axis explains a ninth; a fit that
+// does not explain more than twice that has not found it.
+constexpr double kLeastExplained = 0.25;
+
+struct Block {
+  std::vector<FrameRecord> frames;
+  std::vector<std::string> warnings;
+};
+
+double thread_seconds() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+bool found_pattern(const dsp::PatternEstimate& estimate) {
+  return !dsp::failed(estimate.surface.stop) && estimate.explained >= kLeastExplained;
+}
+
+class BlockFitter {
+ public:
+  BlockFitter(const RunPlan& plan, const dsp::PatternEstimator& estimator) : plan_(plan), estimator_(estimator) {}
+
+  Block fit(std::size_t block) {
+    Block out;
+    dsp::StartHistory<double> history(plan_.guess);
+    const std::size_t total = plan_.cameras.front().frames.size();
+    for (std::size_t i = block * kBlock; i < std::min(total, (block + 1) * kBlock); ++i) {
+      const double began = thread_seconds();
+      FrameRecord record;
+      fit_frame(i, history, record, out.warnings);
+      record.seconds = thread_seconds() - began;
+      out.frames.push_back(std::move(record));
+    }
+    return out;
+  }
+
+ private:
+  void fit_frame(std::size_t i, dsp::StartHistory<double>& history, FrameRecord& record,
+                 std::vector<std::string>& warnings) {
+    const RunCamera& camera = plan_.cameras.front();
+    record.name = camera.frames[i].filename().string();
+    record.sequence = plan_.sequences[i];
+    record.time_ns = plan_.times_ns[i];
+    record.corners.resize(1);
+    const Outcome<GrayImage> image = read_gray_image(camera.frames[i]);
+    const Outcome<void> right =
+        image ? opensrd::check_size(image->view(), camera.calibration, camera.frames[i]) : Outcome<void>();
+    if (!image || !right) {
+      const Problem& problem = image ? right.error() : image.error();
+      warnings.push_back(problem.where + ": " + problem.what + "; the frame has no surface");
+      record.status = "bad_frame";
+      return;
+    }
+    const PatternRun& pattern = *plan_.pattern_run;
+    const auto mask = pattern_mask(image->view(), pattern.region, pattern.dark_below, pattern.bright_above);
+    dsp::PatternEstimate found = estimator_.estimate(image->view(), mask, history.starts(record.time_ns));
+    if (!found_pattern(found) && history.size() > 0)
+      found = estimator_.estimate(image->view(), mask, std::span(&plan_.guess, 1));
+    record.expected = static_cast<int>(mask.size() - static_cast<std::size_t>(std::count(mask.begin(), mask.end(), 0)));
+    record.found = found.pixels;
+    record.estimate = found.surface;
+    record.status = status_text(found.surface.stop);
+    if (!record.has_surface()) return;
+    if (!found_pattern(found)) {
+      record.estimate = {};
+      record.status = "failed";
+      return;
+    }
+    history.add(record.time_ns, record.estimate.coefficients);
+    dsp::Trace<double> way;
+    if (pattern.surface.follow({camera.pose.centre(), pattern.centre_ray}, record.estimate.coefficients, plan_.media,
+                               pattern.plane.z, way, 0))
+      record.centre = way.surface_point.head<2>();
+  }
+
+  const RunPlan& plan_;
+  dsp::PatternEstimator estimator_;
+};
+
+}  // namespace
+
+Outcome<RunResult> run_pattern(const RunPlan& plan, const Progress& progress) {
+  const RunCamera& camera = plan.cameras.front();
+  const PatternRun& pattern = *plan.pattern_run;
+  const auto estimator = dsp::PatternEstimator::make({camera.calibration.camera, camera.pose}, pattern.region,
+                                                     pattern.surface, plan.media, pattern.plane, pattern.options);
+  if (!estimator) return unusable_model(estimator.error());
+  const std::size_t total = camera.frames.size(), blocks = (total + kBlock - 1) / kBlock;
+  const int threads = static_cast<int>(std::min<std::size_t>(static_cast<std::size_t>(plan.threads), blocks));
+  std::vector<BlockFitter> fitters(static_cast<std::size_t>(std::max(threads, 1)), BlockFitter(plan, *estimator));
+  OrderedWork<Block> work(threads, blocks, static_cast<std::size_t>(2 * std::max(threads, 1)),
+                          [&](std::size_t block, int thread) { return fitters[static_cast<std::size_t>(thread)].fit(block); });
+  RunResult result;
+  for (std::size_t block = 0; block < blocks; ++block) {
+    Block done = work.take();
+    std::move(done.frames.begin(), done.frames.end(), std::back_inserter(result.frames));
+    std::move(done.warnings.begin(), done.warnings.end(), std::back_inserter(result.warnings));
+    if (progress) progress(result.frames.size(), total);
+  }
+  return result;
+}
+
+}  // namespace srd::host
