@@ -134,7 +134,7 @@ RECONSTRUCTING = [
     ("settings with not a number in the guess", settings(InitialGuess='"[nan,0,0,0,0]"'), SETTINGS, USAGE,
      ["settings.xml:12", "'InitialGuess'", "nan"]),
     ("settings with an unknown metric", settings(ErrorMetric="3"), SETTINGS, USAGE, ["settings.xml:14", "'ErrorMetric'", "'3'"]),
-    ("settings of 2017", of_2017, SETTINGS, USAGE, ["settings.xml", "2017", "not available yet", "gridSize"]),
+    ("settings of 2017", of_2017, SETTINGS, USAGE, ["settings.xml", "pattern metric", "TypeCameraPose 1"]),
     ("wrong number of points", settings(FeaturePatternSize_Width="12"), SETTINGS, INPUT,
      ["points.txt", "252", "12 rows of 21", "231"]),
     ("calibration missing", settings(CalibrationFile1='"lens.yml"'), SETTINGS, INPUT, ["lens.yml", "no such file"]),
