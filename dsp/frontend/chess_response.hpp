@@ -21,6 +21,11 @@ struct ResponseOptions {
 // Responses of pixels u0 <= u < u1 of row v into out[0 .. u1 - u0); all at least radius from every border.
 void response_row(const GrayView& image, int v, int u0, int u1, const ResponseOptions& options, std::int16_t* out);
 
+// The same where the response is above the threshold (>= 0); elsewhere out is some number that is not above it. Most of an
+// image lies far from corners and is told by half the work; maxima above the threshold do not see the difference.
+void response_row_above(const GrayView& image, int v, int u0, int u1, const ResponseOptions& options,
+                        std::int16_t threshold, std::int16_t* out);
+
 // Where here[i], 1 <= i < n - 1, is above the threshold and a maximum of its 3x3 neighbours, of which the rows above and
 // below hold the rest; of equal neighbours the first in reading order wins. Writes at most n / 2 + 1 places, in order;
 // returns how many.

@@ -22,6 +22,11 @@ void ResponseRow(const GrayView& image, int v, int u0, int u1, const ResponseOpt
   scalar::response_row(image, v, u0, u1, options, out);
 }
 
+void ResponseRowAbove(const GrayView& image, int v, int u0, int u1, const ResponseOptions& options,
+                      std::int16_t /*threshold*/, std::int16_t* out) {
+  scalar::response_row(image, v, u0, u1, options, out);
+}
+
 int RowMaxima(const std::int16_t* above, const std::int16_t* here, const std::int16_t* below, int n,
               std::int16_t threshold, std::int32_t* at) {
   return scalar::row_maxima(above, here, below, n, threshold, at);
@@ -153,28 +158,71 @@ void ResponseRow(const GrayView& image, int v, int u0, int u1, const ResponseOpt
   });
 }
 
+// What a group of four samples adds to the response at most, halved: positive where both samples of a pair outshine both of
+// the other, as at corners and hardly anywhere else.
+template <int kRadius, std::size_t kSample, class D8>
+HWY_INLINE hn::Vec<D8> most_of_group(D8 d8, const std::uint8_t* HWY_RESTRICT p, std::ptrdiff_t stride) {
+  const auto a = sample<kRadius, kSample>(d8, p, stride), b = sample<kRadius, kSample + 4>(d8, p, stride);
+  const auto c = sample<kRadius, kSample + 8>(d8, p, stride), d = sample<kRadius, kSample + 12>(d8, p, stride);
+  return hn::Or(hn::SaturatedSub(hn::Min(a, c), hn::Max(b, d)), hn::SaturatedSub(hn::Min(b, d), hn::Max(a, c)));
+}
+
+template <int kRadius, bool kMeanTerm, class D8>
+HWY_INLINE void responses_above(D8 d8, const std::uint8_t* HWY_RESTRICT p, std::ptrdiff_t stride,
+                                std::int16_t threshold, std::int16_t* HWY_RESTRICT out) {
+  const auto most = hn::Max(hn::Max(most_of_group<kRadius, 0>(d8, p, stride), most_of_group<kRadius, 1>(d8, p, stride)),
+                            hn::Max(most_of_group<kRadius, 2>(d8, p, stride), most_of_group<kRadius, 3>(d8, p, stride)));
+  // Four groups, each no more than an eighth: twice their sum is not above the threshold, and the mean term only lowers it.
+  const auto eighth = hn::Set(d8, static_cast<std::uint8_t>(std::clamp(threshold / 8, 0, 255)));
+  if (!hn::AllTrue(d8, hn::Eq(hn::SaturatedSub(most, eighth), hn::Zero(d8))))
+    return responses<kRadius, kMeanTerm>(d8, p, stride, out);
+  const Wider<D8> d16;
+  hn::StoreU(hn::Set(d16, threshold), d16, out);
+  hn::StoreU(hn::Set(d16, threshold), d16, out + hn::Lanes(d16));
+}
+
+void ResponseRowAbove(const GrayView& image, int v, int u0, int u1, const ResponseOptions& options,
+                      std::int16_t threshold, std::int16_t* out) {
+  const hn::CappedTag<std::uint8_t, 32> d;
+  const int step = static_cast<int>(hn::Lanes(d)), n = u1 - u0;
+  if (n < step) return ResponseRow(image, v, u0, u1, options, out);
+  const std::uint8_t* p = image.row(v) + u0;
+  with_constants(options, [&](auto radius, auto mean) {
+    int i = 0;
+    for (; i + step <= n; i += step)
+      responses_above<radius(), mean()>(d, p + i, image.stride_bytes, threshold, out + i);
+    if (i < n) responses_above<radius(), mean()>(d, p + n - step, image.stride_bytes, threshold, out + n - step);
+  });
+}
+
 int RowMaxima(const std::int16_t* HWY_RESTRICT above, const std::int16_t* HWY_RESTRICT here,
               const std::int16_t* HWY_RESTRICT below, int n, std::int16_t threshold, std::int32_t* HWY_RESTRICT at) {
-  const hn::ScalableTag<std::int16_t> d;
+  const hn::CappedTag<std::int16_t, 16> d;
   const int step = static_cast<int>(hn::Lanes(d));
   const auto limit = hn::Set(d, threshold);
   int count = 0, i = 1;
-  for (; i + step + 1 <= n; i += step) {
-    const auto r = hn::LoadU(d, here + i);
-    const auto strong = hn::Gt(r, limit);
-    if (hn::AllFalse(d, strong)) continue;
+  const auto add_maxima = [&](int from) {
+    const auto r = hn::LoadU(d, here + from);
     // Greater than all that come before in reading order, not less than all that come after.
-    const auto before = hn::Max(hn::Max(hn::LoadU(d, above + i - 1), hn::LoadU(d, above + i)),
-                                hn::Max(hn::LoadU(d, above + i + 1), hn::LoadU(d, here + i - 1)));
-    const auto after = hn::Max(hn::Max(hn::LoadU(d, below + i - 1), hn::LoadU(d, below + i)),
-                               hn::Max(hn::LoadU(d, below + i + 1), hn::LoadU(d, here + i + 1)));
-    const auto maximum = hn::AndNot(hn::Lt(r, after), hn::And(strong, hn::Gt(r, before)));
-    if (hn::AllFalse(d, maximum)) continue;
+    const auto before = hn::Max(hn::Max(hn::LoadU(d, above + from - 1), hn::LoadU(d, above + from)),
+                                hn::Max(hn::LoadU(d, above + from + 1), hn::LoadU(d, here + from - 1)));
+    const auto after = hn::Max(hn::Max(hn::LoadU(d, below + from - 1), hn::LoadU(d, below + from)),
+                               hn::Max(hn::LoadU(d, below + from + 1), hn::LoadU(d, here + from + 1)));
+    const auto maximum = hn::AndNot(hn::Lt(r, after), hn::And(hn::Gt(r, limit), hn::Gt(r, before)));
+    if (hn::AllFalse(d, maximum)) return;
     HWY_ALIGN std::int16_t flag[hn::MaxLanes(d)];
     hn::Store(hn::VecFromMask(d, maximum), d, flag);
     for (int k = 0; k < step; ++k)
-      if (flag[k] != 0) at[count++] = i + k;
+      if (flag[k] != 0) at[count++] = from + k;
+  };
+  // Four vectors at a time: most of a row has nothing above the threshold.
+  for (; i + 4 * step + 1 <= n; i += 4 * step) {
+    const auto most = hn::Max(hn::Max(hn::LoadU(d, here + i), hn::LoadU(d, here + i + step)),
+                              hn::Max(hn::LoadU(d, here + i + 2 * step), hn::LoadU(d, here + i + 3 * step)));
+    if (hn::AllFalse(d, hn::Gt(most, limit))) continue;
+    for (int part = 0; part < 4; ++part) add_maxima(i + part * step);
   }
+  for (; i + step + 1 <= n; i += step) add_maxima(i);
   if (i + 1 < n) {
     const int rest = scalar::row_maxima(above + i - 1, here + i - 1, below + i - 1, n - i + 1, threshold, at + count);
     for (int k = 0; k < rest; ++k) at[count + k] += i - 1;
@@ -280,6 +328,7 @@ namespace srd::dsp {
 
 namespace {
 HWY_EXPORT(ResponseRow);
+HWY_EXPORT(ResponseRowAbove);
 HWY_EXPORT(RowMaxima);
 HWY_EXPORT(ResponseWindowOf);
 HWY_EXPORT(WindowPeakOf);
@@ -287,6 +336,11 @@ HWY_EXPORT(WindowPeakOf);
 
 void response_row(const GrayView& image, int v, int u0, int u1, const ResponseOptions& options, std::int16_t* out) {
   HWY_DYNAMIC_DISPATCH(ResponseRow)(image, v, u0, u1, options, out);
+}
+
+void response_row_above(const GrayView& image, int v, int u0, int u1, const ResponseOptions& options,
+                        std::int16_t threshold, std::int16_t* out) {
+  HWY_DYNAMIC_DISPATCH(ResponseRowAbove)(image, v, u0, u1, options, threshold, out);
 }
 
 int row_maxima(const std::int16_t* above, const std::int16_t* here, const std::int16_t* below, int n,

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "dsp/frontend/response_top.hpp"
+
 namespace srd::dsp {
 
 namespace {
@@ -28,15 +30,24 @@ std::span<const CornerFit> CornerDetector::detect(const GrayView& image, const D
   if (image.width > max_width_ || image.height > max_height_) return {};
   find_maxima(image, options);
   keep_distant(options.min_distance);
+  // One lens, much the same blur: a corner starts from that of the one before.
+  std::int32_t blur_q12 = CornerShape{}.blur_q12;
+  ResponseWindow window;
   for (const Maximum& maximum : maxima_) {
     CornerFit fit;
     CornerShape start;
     if (!guess_shape(image, maximum.u, maximum.v, options.response.radius, start)) continue;
+    start.blur_q12 = blur_q12;
+    if (image.contains(maximum.u, maximum.v, options.response.radius + 2)) {
+      response_window(image, maximum.u - 2, maximum.v - 2, 5, options.response, window);
+      (void)place_at_top(window, 2, 2, start);
+    }
     if (!fit_corner(image, start, options.fit, fit)) continue;
     if (corners_.size() == max_corners_) {
       ++overflow_;
       continue;
     }
+    blur_q12 = fit.shape.blur_q12;
     fit.corner.response = maximum.response;
     corners_.push_back(fit);
   }
@@ -60,11 +71,11 @@ void CornerDetector::find_maxima_in_band(const GrayView& image, const DetectorOp
   std::int16_t* above = rows_.data();
   std::int16_t* here = above + kBand + 2;
   std::int16_t* below = here + kBand + 2;
-  const auto threshold = static_cast<std::int16_t>(std::clamp(options.threshold, -32768, 32767));
-  response_row(image, band.v0 - 1, from, to, options.response, above);
-  response_row(image, band.v0, from, to, options.response, here);
+  const auto threshold = static_cast<std::int16_t>(std::clamp(options.threshold, 0, 32767));
+  response_row_above(image, band.v0 - 1, from, to, options.response, threshold, above);
+  response_row_above(image, band.v0, from, to, options.response, threshold, here);
   for (int v = band.v0; v < band.v1; ++v) {
-    response_row(image, v + 1, from, to, options.response, below);
+    response_row_above(image, v + 1, from, to, options.response, threshold, below);
     const int count = row_maxima(above, here, below, n, threshold, places_.data());
     for (int k = 0; k < count; ++k) {
       if (maxima_.size() == maxima_.capacity()) {

@@ -12,7 +12,7 @@ namespace srd::dsp {
 
 struct DetectorOptions {
   ResponseOptions response;
-  int threshold = 200;      // least response; a corner of contrast C (bright - dark) in focus gives 4 C or more
+  int threshold = 200;      // >= 0, least response; a corner of contrast C (bright - dark) in focus gives 4 C or more
   int min_distance = 8;     // px between two corners; the stronger one wins
   Region region{};          // where corners may lie; empty: the whole image
   CornerFitOptions fit;

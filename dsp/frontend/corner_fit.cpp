@@ -122,7 +122,7 @@ bool advance(const Ldl& solver, const CornerModel& at, const CornerFitOptions& o
 // move's columns are odd; of second order where the columns themselves were off by the blur's or the edges' change.
 bool converged(const Step& step) {
   constexpr std::int64_t kMove = (1 << 16) / 8, kShape = (1 << 14) / 8;
-  constexpr std::int64_t kProduct = std::int64_t{1} << (16 + 14 - 10);  // 1/1024 px
+  constexpr std::int64_t kProduct = std::int64_t{1} << (16 + 14 - 9);  // 1/512 px
   return step.move <= kMove && step.widen <= kShape && step.turn <= kShape &&
          step.move * std::max(step.widen, step.turn) <= kProduct;
 }

@@ -134,7 +134,14 @@ void Sums(const CornerWindow& window, const std::uint8_t* pixels, const CornerMo
     const int pixels_here = std::min(kPart, window.size - from);
     const int n = (pixels_here + step - 1) / step * step;
     fill(window, pixels, from, n, model, part);
-    for (auto& column : part.column) std::memset(column + pixels_here, 0, static_cast<std::size_t>(n - pixels_here) * 2);
+    if (n > pixels_here) {  // what the last vector holds beyond the window counts nothing
+      const Tag d;
+      const auto inside = hn::FirstN(d, static_cast<std::size_t>(pixels_here + step - n));
+      for (auto& column : part.column) {
+        std::int16_t* const last = column + n - step;
+        hn::Store(hn::IfThenElseZero(inside, hn::Load(d, last)), d, last);
+      }
+    }
     multiply<0, 2>(part, n, sums);
     multiply<2, 2>(part, n, sums);
     multiply<4, 4>(part, n, sums);

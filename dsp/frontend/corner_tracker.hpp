@@ -20,6 +20,10 @@ enum class Tracked : std::uint8_t {
   kRejected,   // a maximum, but no corner of the expected polarity and quality (glare, an edge of the board)
 };
 
+// Asks for the pixels that track_corner will read round (u, v), while another corner is worked on: a frame that has just
+// come from the camera is in no cache.
+void prefetch_window(const GrayView& image, int u, int v, int half);
+
 // expected: where the corner should be, the normals of its edges with the expected polarity, its blur.
 // search_radius: px, 1..15; the corner found lies within it.
 [[nodiscard]] Tracked track_corner(const GrayView& image, const Region& region, const CornerShape& expected,

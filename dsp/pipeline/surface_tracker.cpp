@@ -132,6 +132,11 @@ void SurfaceTracker<S>::follow(PerCamera& camera, const GrayView& image) {
                    std::min(p.pixel_per_mm.col(0).norm(), p.pixel_per_mm.col(1).norm());
     const int radius = std::min(options_.search_radius, static_cast<int>(S(0.4) * step));
     if (radius < 1) continue;
+    if (i + 1 < points_.size() && camera.predictions.valid(i + 1)) {
+      const Vec2<S>& next = camera.predictions[i + 1].pixel;
+      prefetch_window(image, static_cast<int>(next.x()), static_cast<int>(next.y()),
+                      radius + track_.response.radius);
+    }
     CornerFit fit;
     const Tracked tracked =
         track_corner(image, camera.setup.region, expected_shape(p, bright(static_cast<int>(i)), camera.blur_q12[i]),

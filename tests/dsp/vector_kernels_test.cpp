@@ -59,6 +59,32 @@ TEST_P(VectorKernels, ResponseEqualsTheDefinition) {
   }
 }
 
+TEST_P(VectorKernels, ResponsesAboveAThresholdEqualTheDefinition) {
+  std::mt19937 random(5);
+  int above = 0, below = 0;
+  for (int k = 0; k < 400; ++k) {
+    const ResponseOptions options{random() % 2 == 0 ? 5 : 10, random() % 2 == 0};
+    const int height = 2 * options.radius + 1, width = height + static_cast<int>(random() % 200);
+    const auto pixels = random_pixels(random, static_cast<std::size_t>(width * height));
+    const GrayView image{pixels.data(), width, height, width};
+    const auto threshold = static_cast<std::int16_t>(random() % (k % 2 == 0 ? 100 : 900));
+    const auto n = static_cast<std::size_t>(width - 2 * options.radius);
+    std::vector<std::int16_t> expected(n), got(n + 1, 12345);
+    scalar::response_row(image, options.radius, options.radius, width - options.radius, options, expected.data());
+    response_row_above(image, options.radius, options.radius, width - options.radius, options, threshold, got.data());
+    ASSERT_EQ(got[n], 12345);
+    for (std::size_t i = 0; i < n; ++i) {
+      if (expected[i] > threshold)
+        ASSERT_EQ(got[i], expected[i]);
+      else
+        ASSERT_LE(got[i], threshold);
+      ++(expected[i] > threshold ? above : below);
+    }
+  }
+  EXPECT_GT(above, 1000);
+  EXPECT_GT(below, 1000);
+}
+
 TEST_P(VectorKernels, RowMaximaEqualTheDefinition) {
   std::mt19937 random(2);
   for (int k = 0; k < 2000; ++k) {
