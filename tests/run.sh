@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, runs every test that needs no hardware: built by GCC, then by Clang with
-# address and undefined-behaviour sanitizers (the slow tests not again).
+# address and undefined-behaviour sanitizers (the slow tests not again), then the node's threads under the thread sanitizer.
 # --quick: GCC only. Last line: "N passed, N failed, N skipped". Exit code 0 only when nothing failed.
 set -euo pipefail
 
 usage() { echo "usage: tests/run.sh [--quick]   (builds in build/, see CMakePresets.json)"; }
 
-stages=(host asan-ubsan)
+stages=(host asan-ubsan tsan)
 for argument in "$@"; do
   case $argument in
     --quick) stages=(host) ;;
