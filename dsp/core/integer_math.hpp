@@ -9,8 +9,10 @@ namespace srd::dsp {
 // floor(sqrt(x)).
 [[nodiscard]] constexpr std::uint32_t isqrt(std::uint64_t x) {
   if (x == 0) return 0;
-  // A power of two not below the root, then Newton from above: monotone, ends at the floor.
-  std::uint64_t root = std::uint64_t{1} << ((std::bit_width(x) + 1) / 2);
+  // Newton from above: monotone, ends at the floor. Its first step from a power of two near the root needs no division:
+  // (2^h + x / 2^h) / 2 is not below the root and at most a sixteenth above it.
+  const int h = static_cast<int>(std::bit_width(x)) / 2;
+  std::uint64_t root = ((std::uint64_t{1} << h) + (x >> h)) / 2 + 1;
   for (;;) {
     const std::uint64_t next = (root + x / root) / 2;
     if (next >= root) return static_cast<std::uint32_t>(root);

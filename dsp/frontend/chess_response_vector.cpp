@@ -167,15 +167,23 @@ HWY_INLINE hn::Vec<D8> most_of_group(D8 d8, const std::uint8_t* HWY_RESTRICT p, 
   return hn::Or(hn::SaturatedSub(hn::Min(a, c), hn::Max(b, d)), hn::SaturatedSub(hn::Min(b, d), hn::Max(a, c)));
 }
 
+// Apart, so that what it needs takes no registers from the loop that seldom calls it.
+template <int kRadius, bool kMeanTerm, class D8>
+HWY_NOINLINE void responses_apart(D8 d8, const std::uint8_t* HWY_RESTRICT p, std::ptrdiff_t stride,
+                                  std::int16_t* HWY_RESTRICT out) {
+  responses<kRadius, kMeanTerm>(d8, p, stride, out);
+}
+
 template <int kRadius, bool kMeanTerm, class D8>
 HWY_INLINE void responses_above(D8 d8, const std::uint8_t* HWY_RESTRICT p, std::ptrdiff_t stride,
                                 std::int16_t threshold, std::int16_t* HWY_RESTRICT out) {
-  const auto most = hn::Max(hn::Max(most_of_group<kRadius, 0>(d8, p, stride), most_of_group<kRadius, 1>(d8, p, stride)),
-                            hn::Max(most_of_group<kRadius, 2>(d8, p, stride), most_of_group<kRadius, 3>(d8, p, stride)));
-  // Four groups, each no more than an eighth: twice their sum is not above the threshold, and the mean term only lowers it.
-  const auto eighth = hn::Set(d8, static_cast<std::uint8_t>(std::clamp(threshold / 8, 0, 255)));
-  if (!hn::AllTrue(d8, hn::Eq(hn::SaturatedSub(most, eighth), hn::Zero(d8))))
-    return responses<kRadius, kMeanTerm>(d8, p, stride, out);
+  const auto sum = hn::SaturatedAdd(
+      hn::SaturatedAdd(most_of_group<kRadius, 0>(d8, p, stride), most_of_group<kRadius, 1>(d8, p, stride)),
+      hn::SaturatedAdd(most_of_group<kRadius, 2>(d8, p, stride), most_of_group<kRadius, 3>(d8, p, stride)));
+  // Twice the sum is not above the threshold, and the mean term only lowers it. 255 may stand for more.
+  const auto half = hn::Set(d8, static_cast<std::uint8_t>(std::clamp(threshold / 2, 0, 254)));
+  if (!hn::AllTrue(d8, hn::Eq(hn::SaturatedSub(sum, half), hn::Zero(d8))))
+    return responses_apart<kRadius, kMeanTerm>(d8, p, stride, out);
   const Wider<D8> d16;
   hn::StoreU(hn::Set(d16, threshold), d16, out);
   hn::StoreU(hn::Set(d16, threshold), d16, out + hn::Lanes(d16));
