@@ -60,8 +60,11 @@ class Structure(unittest.TestCase):
         self.assertEqual(["dsp/long.cpp:501"], [problem.split(": ")[0] for problem in rules.length_problems(root)])
 
     def test_paths_of_one_machine_are_found(self):
-        home = "/" + "home/"
-        root = self.tree({"a.txt": f"first\nlook in {home}ann/flume", "b.txt": "build/work/x and <a/root/b>\n"})
+        # Put together here, or this file would hold what it looks for.
+        home, root_folder, work = (f"/{name}/" for name in ("home", "root", "work"))
+        root = self.tree({
+            "a.txt": f"first\nlook in {home}ann/flume", "b.txt": f"build{work}x and <a{root_folder}b>\n",
+        })
         self.assertEqual(["a.txt:2"], [problem.split(": ")[0] for problem in rules.machine_path_problems(root)])
 
 
