@@ -1,5 +1,5 @@
-// Grey images in files. PNG, PGM, BMP, TIFF and JPEG are read; PNG and PGM are written (both lossless).
-// 16-bit images are shifted to 8 bits, colour is turned to grey. OpenCV's exceptions never escape.
+// Grey images in files. PNG and PGM are read and written (both lossless); BMP, TIFF and JPEG are read by programs that
+// link srd_other_images. 16-bit images are shifted to 8 bits, colour is turned to grey.
 #pragma once
 
 #include <cstdint>
@@ -20,10 +20,10 @@ struct GrayImage {
   [[nodiscard]] GrayView view() const { return {pixels.data(), width, height, width}; }
 };
 
-// True for the endings that read_gray_image reads: .png .pgm .bmp .tif .tiff .jpg .jpeg, in either case.
+// True for the endings of images: .png .pgm .bmp .tif .tiff .jpg .jpeg, in either case.
 [[nodiscard]] bool is_image_name(const std::filesystem::path& file);
 
-// kInput for a missing, unreadable, cut or empty image. 16-bit values lose their low bits: v >> 8, in a PGM
+// By contents, not by the ending. kInput for a missing, unreadable, cut or empty image. 16-bit values lose their low bits: v >> 8, in a PGM
 // with a maximum below 65535 as many bits as leave 8.
 [[nodiscard]] Outcome<GrayImage> read_gray_image(const std::filesystem::path& file);
 

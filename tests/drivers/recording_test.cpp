@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <opencv2/imgcodecs.hpp>
 #include <random>
 
 #include "drivers/recording/truth.hpp"
@@ -171,53 +170,32 @@ TEST(Recording, NaturalOrderIsAStrictOrder) {
   EXPECT_TRUE(natural_less("a1.5", "a1.10"));
 }
 
-TEST(ImageFile, CutImagesAreRefused) {
+TEST(ImageFile, HeadersThatClaimTooMuchAreRefused) {
   const ScratchFolder folder;
-  const GrayImage image = test_image(64, 48, 3);
-  const cv::Mat mat(48, 64, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data()));
-  for (const char* name : {"a.png", "a.pgm", "a.bmp", "a.jpg", "a.tif"}) {
-    const auto file = folder.path() / name;
-    ASSERT_TRUE(cv::imwrite(file.string(), mat));
-    ASSERT_TRUE(read_gray_image(file)) << name;
-    const std::string whole = bytes_of(file);
-    for (const double part : {0.0, 0.1, 0.5, 0.9}) {
-      folder.write(name, whole.substr(0, static_cast<std::size_t>(part * static_cast<double>(whole.size()))));
-      EXPECT_FALSE(read_gray_image(file)) << name << " " << part;
-      std::vector<std::uint8_t> pixels(64 * 48);
-      EXPECT_FALSE(read_gray_image_into(file.string(), {pixels.data(), 64, 48, 64})) << name << " " << part;
-    }
-  }
   folder.write("big.pgm", "P5 65000 65000 255\nabc");
   EXPECT_FALSE(read_gray_image(folder.path() / "big.pgm"));
 }
 
-TEST(ImageFile, SixteenBitsAreShiftedToEight) {
+TEST(ImageFile, TenBitsAreShiftedToEight) {
   const ScratchFolder folder;
-  cv::Mat wide(5, 7, CV_16UC1);
-  for (int i = 0; i < 35; ++i)
-    wide.at<std::uint16_t>(i / 7, i % 7) = static_cast<std::uint16_t>(i * 1800 + 255);
-  ASSERT_TRUE(cv::imwrite((folder.path() / "a.png").string(), wide));
-  ASSERT_TRUE(cv::imwrite((folder.path() / "a.pgm").string(), wide));
-  for (const char* name : {"a.png", "a.pgm"}) {
-    const auto image = read_gray_image(folder.path() / name);
-    ASSERT_TRUE(image);
-    for (int i = 0; i < 35; ++i)
-      EXPECT_EQ(image->pixels[static_cast<std::size_t>(i)], (i * 1800 + 255) >> 8) << name;
-  }
-  // A 10-bit sensor's PGM: two bits go.
   folder.write("ten.pgm", std::string("P5\n# ten bits\n2 1\n1023\n\x03\xFF\x00\x07", 28));
   const auto ten = read_gray_image(folder.path() / "ten.pgm");
   ASSERT_TRUE(ten);
   EXPECT_EQ(ten->pixels, (std::vector<std::uint8_t>{255, 1}));
 }
 
-TEST(ImageFile, ColourBecomesGrey) {
+TEST(ImageFile, CutImagesOfOurOwnAreRefused) {
   const ScratchFolder folder;
-  ASSERT_TRUE(
-      cv::imwrite((folder.path() / "a.png").string(), cv::Mat(3, 4, CV_8UC3, cv::Scalar(70, 70, 70))));
-  const auto image = read_gray_image(folder.path() / "a.png");
-  ASSERT_TRUE(image);
-  EXPECT_EQ(image->pixels, std::vector<std::uint8_t>(12, 70));
+  for (const char* name : {"a.png", "a.pgm"}) {
+    const auto file = folder.path() / name;
+    ASSERT_TRUE(write_gray_image(file, test_image(64, 48, 3).view()));
+    ASSERT_TRUE(read_gray_image(file)) << name;
+    const std::string whole = bytes_of(file);
+    for (std::size_t bytes = 0; bytes < whole.size(); bytes += 1 + whole.size() / 200) {
+      folder.write(name, whole.substr(0, bytes));
+      EXPECT_FALSE(read_gray_image(file)) << name << " " << bytes;
+    }
+  }
 }
 
 TEST(ImageFile, StridesAreKept) {

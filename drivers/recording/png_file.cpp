@@ -1,0 +1,99 @@
+#include "drivers/recording/png_file.hpp"
+
+#include <png.h>
+
+#include <array>
+#include <csetjmp>
+#include <cstdio>
+#include <memory>
+#include <new>
+
+namespace srd {
+
+namespace {
+
+constexpr std::size_t kSignatureBytes = 8;
+constexpr png_uint_32 kMostSide = 65535;  // px
+
+struct Closer {
+  void operator()(std::FILE* file) const noexcept { (void)std::fclose(file); }
+};
+using File = std::unique_ptr<std::FILE, Closer>;
+
+// libpng prints by itself otherwise; what is wrong is said by whoever asked for the image.
+void end_reading(png_structp png, png_const_charp) { png_longjmp(png, 1); }
+void keep_quiet(png_structp, png_const_charp) {}
+
+// libpng leaves by longjmp: the functions that call setjmp own nothing that a destructor would have to free.
+bool read_rows(png_structp png, png_infop info, std::FILE* file, GrayImage& image) {
+  if (setjmp(png_jmpbuf(png)) != 0) return false;  // NOLINT: libpng's way
+  png_init_io(png, file);
+  png_set_user_limits(png, kMostSide, kMostSide);
+  png_read_info(png, info);
+  const png_byte colour = png_get_color_type(png, info);
+  png_set_expand(png);
+  png_set_strip_16(png);
+  png_set_strip_alpha(png);
+  if ((colour & PNG_COLOR_MASK_COLOR) != 0) png_set_rgb_to_gray(png, PNG_ERROR_ACTION_NONE, 0.299, 0.587);
+  const int passes = png_set_interlace_handling(png);
+  png_read_update_info(png, info);
+  image.width = static_cast<int>(png_get_image_width(png, info));
+  image.height = static_cast<int>(png_get_image_height(png, info));
+  if (png_get_rowbytes(png, info) != static_cast<std::size_t>(image.width)) return false;
+  try {
+    image.pixels.resize(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
+  } catch (const std::bad_alloc&) {
+    return false;
+  }
+  for (int pass = 0; pass < passes; ++pass)
+    for (int v = 0; v < image.height; ++v)
+      png_read_row(png, image.pixels.data() + static_cast<std::size_t>(v) * static_cast<std::size_t>(image.width),
+                   nullptr);
+  png_read_end(png, nullptr);
+  return true;
+}
+
+bool write_rows(png_structp png, png_infop info, std::FILE* file, const GrayView& image, int level) {
+  if (setjmp(png_jmpbuf(png)) != 0) return false;  // NOLINT: libpng's way
+  png_init_io(png, file);
+  png_set_compression_level(png, level);
+  png_set_IHDR(png, info, static_cast<png_uint_32>(image.width), static_cast<png_uint_32>(image.height), 8,
+               PNG_COLOR_TYPE_GRAY, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  png_write_info(png, info);
+  for (int v = 0; v < image.height; ++v) png_write_row(png, image.row(v));
+  png_write_end(png, nullptr);
+  return true;
+}
+
+}  // namespace
+
+bool is_png(const std::string& file) noexcept {
+  const File stream(std::fopen(file.c_str(), "rb"));
+  std::array<png_byte, kSignatureBytes> first{};
+  return stream && std::fread(first.data(), 1, first.size(), stream.get()) == first.size() &&
+         png_sig_cmp(first.data(), 0, first.size()) == 0;
+}
+
+bool read_png(const std::string& file, GrayImage& image) noexcept {
+  const File stream(std::fopen(file.c_str(), "rb"));
+  if (!stream) return false;
+  png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, end_reading, keep_quiet);
+  if (png == nullptr) return false;
+  png_infop info = png_create_info_struct(png);
+  const bool good = info != nullptr && read_rows(png, info, stream.get(), image);
+  png_destroy_read_struct(&png, &info, nullptr);
+  return good;
+}
+
+bool write_png(const std::string& file, const GrayView& image, int level) noexcept {
+  File stream(std::fopen(file.c_str(), "wb"));
+  if (!stream) return false;
+  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, end_reading, keep_quiet);
+  if (png == nullptr) return false;
+  png_infop info = png_create_info_struct(png);
+  const bool good = info != nullptr && write_rows(png, info, stream.get(), image, level);
+  png_destroy_write_struct(&png, &info);
+  return std::fclose(stream.release()) == 0 && good;
+}
+
+}  // namespace srd

@@ -1,0 +1,20 @@
+// PNG files by libpng: any kind is read as 8-bit grey, 8-bit grey is written.
+#pragma once
+
+#include <string>
+
+#include "drivers/recording/image_file.hpp"
+
+namespace srd {
+
+// By the file's first bytes.
+[[nodiscard]] bool is_png(const std::string& file) noexcept;
+
+// 16-bit values lose their low byte, colour is weighed 0.299, 0.587, 0.114, transparency is ignored.
+// False: no whole PNG.
+[[nodiscard]] bool read_png(const std::string& file, GrayImage& image) noexcept;
+
+// level: 0 fastest to 9 smallest. False when it cannot be written whole; errno says why when the system refused.
+[[nodiscard]] bool write_png(const std::string& file, const GrayView& image, int level) noexcept;
+
+}  // namespace srd
