@@ -1,26 +1,6 @@
-# Builds for 64-bit ARM boards on a PC, over the sysroot that toolchains/arm64_sysroot.sh makes.
-# SRD_SYSROOT: where it is, if not in build/arm64-sysroot.
-set(CMAKE_SYSTEM_NAME Linux)
+# 64-bit ARM boards: Raspberry Pi 3 and later, any armv8-a.
 set(CMAKE_SYSTEM_PROCESSOR aarch64)
-set(CMAKE_LIBRARY_ARCHITECTURE aarch64-linux-gnu)
-list(APPEND CMAKE_TRY_COMPILE_PLATFORM_VARIABLES SRD_SYSROOT)
-if(NOT SRD_SYSROOT)
-  get_filename_component(SRD_SYSROOT ${CMAKE_CURRENT_LIST_DIR}/../build/arm64-sysroot ABSOLUTE)
-endif()
-if(NOT EXISTS ${SRD_SYSROOT}/usr/include)
-  message(FATAL_ERROR "no sysroot in ${SRD_SYSROOT}: run toolchains/arm64_sysroot.sh, or give -DSRD_SYSROOT=FOLDER")
-endif()
-set(CMAKE_C_COMPILER aarch64-linux-gnu-gcc)
-set(CMAKE_CXX_COMPILER aarch64-linux-gnu-g++)
-set(CMAKE_SYSROOT ${SRD_SYSROOT})
-set(CMAKE_FIND_ROOT_PATH ${SRD_SYSROOT})
-set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
-set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
-set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
-set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
-# Libraries of libraries: a plain -L does not find them under a sysroot.
-foreach(kind EXE SHARED)
-  set(CMAKE_${kind}_LINKER_FLAGS_INIT
-    "-Wl,-rpath-link,${SRD_SYSROOT}/lib/aarch64-linux-gnu -Wl,-rpath-link,${SRD_SYSROOT}/usr/lib/aarch64-linux-gnu")
-endforeach()
-set(CMAKE_CROSSCOMPILING_EMULATOR "env;QEMU_LD_PREFIX=${SRD_SYSROOT};qemu-aarch64-static")
+set(SRD_TRIPLET aarch64-linux-gnu)
+set(SRD_DEBIAN_ARCHITECTURE arm64)
+set(SRD_EMULATOR qemu-aarch64-static)
+include(${CMAKE_CURRENT_LIST_DIR}/debian.cmake)

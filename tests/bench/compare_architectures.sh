@@ -9,7 +9,7 @@ case ${1:-} in
 esac
 frames=${1:-8}
 cd -- "$(dirname -- "${BASH_SOURCE[0]}")/../.."
-[ -d build/arm64-sysroot ] || toolchains/arm64_sysroot.sh >&2
+[ -d build/sysroots/debian12-arm64 ] || toolchains/sysroot.sh arm64 >&2
 for preset in bench arm64-count; do
   [ -f "build/$preset/CMakeCache.txt" ] || cmake --preset "$preset" >&2
 done
@@ -18,7 +18,7 @@ cmake --build build/arm64-count --target frame_digest >&2
 sequence=build/arm64-count/frames-$frames.bin
 build/bench/tests/bench/srd_prerender "$sequence" "$frames"
 build/bench/tests/bench/frame_digest "$sequence" "$frames" >build/arm64-count/digest-here
-QEMU_LD_PREFIX=build/arm64-sysroot qemu-aarch64-static build/arm64-count/tests/bench/frame_digest "$sequence" "$frames" \
+QEMU_LD_PREFIX=build/sysroots/debian12-arm64 qemu-aarch64-static build/arm64-count/tests/bench/frame_digest "$sequence" "$frames" \
   >build/arm64-count/digest-arm64
 python3 - build/arm64-count/digest-here build/arm64-count/digest-arm64 <<'PYTHON'
 import sys

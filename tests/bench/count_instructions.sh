@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Instructions that one tracked frame takes on 64-bit ARM, from camera buffer to datagram: (2N frames - N frames) / N in
-# qemu, the same on every machine. Builds what it needs; toolchains/arm64_sysroot.sh makes the sysroot on the first run.
+# qemu, the same on every machine. Builds what it needs; toolchains/sysroot.sh makes the sysroot on the first run.
 # usage: tests/bench/count_instructions.sh [--by-function] [N]   (default 16; a frame of the sequence is 2 MB of memory)
 set -euo pipefail
 
@@ -11,7 +11,8 @@ case ${1:-} in
 esac
 frames=${1:-16}
 cd -- "$(dirname -- "${BASH_SOURCE[0]}")/../.."
-[ -d build/arm64-sysroot ] && [ -d build/arm64-qemu ] || toolchains/arm64_sysroot.sh >&2
+[ -d build/sysroots/debian12-arm64 ] || toolchains/sysroot.sh arm64 >&2
+[ -d build/counting-qemu ] || toolchains/counting_qemu.sh >&2
 
 build() { # preset, targets
   local preset=$1
@@ -29,12 +30,12 @@ sequence=build/arm64-count/frames-$((2 * frames)).bin
   build/bench/tests/bench/srd_prerender "$sequence" $((2 * frames))
 
 # qemu-user runs with the C library that was unpacked beside it.
-qemu=build/arm64-qemu
+qemu=build/counting-qemu
 loader=$(find "$qemu" -name 'ld-linux-*.so.*' | head -n 1)
 libraries=$(find "$qemu" -name 'libc.so.6' -printf '%h\n' | head -n 1)
 usr_libraries=$(find "$qemu" -name 'libglib-2.0.so.0' -printf '%h\n' | head -n 1)
 count() {
-  INSTRUCTION_COUNT=$plugin.$1 QEMU_LD_PREFIX=build/arm64-sysroot \
+  INSTRUCTION_COUNT=$plugin.$1 QEMU_LD_PREFIX=build/sysroots/debian12-arm64 \
     "$loader" --library-path "$libraries:$usr_libraries" "$qemu/usr/bin/qemu-aarch64" -plugin "$PWD/$plugin" \
     build/arm64-count/tests/bench/frame_instructions "$sequence" "$1" >&2
   head -n 1 "$plugin.$1"

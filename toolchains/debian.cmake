@@ -1,0 +1,33 @@
+# Builds for a board on a PC over a sysroot of toolchains/sysroot.sh; arm64.cmake and armhf.cmake say which.
+# SRD_SYSROOT: where it is, if not Debian 12's under build/sysroots.
+set(CMAKE_SYSTEM_NAME Linux)
+set(CMAKE_LIBRARY_ARCHITECTURE ${SRD_TRIPLET})
+list(APPEND CMAKE_TRY_COMPILE_PLATFORM_VARIABLES SRD_SYSROOT)
+if(NOT SRD_SYSROOT)
+  get_filename_component(SRD_SYSROOT ${CMAKE_CURRENT_LIST_DIR}/../build/sysroots/debian12-${SRD_DEBIAN_ARCHITECTURE} ABSOLUTE)
+endif()
+if(NOT EXISTS ${SRD_SYSROOT}/usr/include)
+  message(FATAL_ERROR "no sysroot in ${SRD_SYSROOT}: run toolchains/sysroot.sh ${SRD_DEBIAN_ARCHITECTURE}, "
+    "or give -DSRD_SYSROOT=FOLDER")
+endif()
+set(CMAKE_C_COMPILER ${SRD_TRIPLET}-gcc)
+set(CMAKE_CXX_COMPILER ${SRD_TRIPLET}-g++)
+set(CMAKE_SYSROOT ${SRD_SYSROOT})
+set(CMAKE_FIND_ROOT_PATH ${SRD_SYSROOT})
+set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
+set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
+set(ENV{PKG_CONFIG_SYSROOT_DIR} ${SRD_SYSROOT})
+set(ENV{PKG_CONFIG_LIBDIR} ${SRD_SYSROOT}/usr/lib/${SRD_TRIPLET}/pkgconfig:${SRD_SYSROOT}/usr/share/pkgconfig)
+set(ENV{PKG_CONFIG_PATH} "")
+# Libraries of libraries: a plain -L does not find them under a sysroot.
+foreach(kind EXE SHARED)
+  set(CMAKE_${kind}_LINKER_FLAGS_INIT "")
+  foreach(folder lib usr/lib)
+    string(APPEND CMAKE_${kind}_LINKER_FLAGS_INIT " \"-Wl,-rpath-link,${SRD_SYSROOT}/${folder}/${SRD_TRIPLET}\"")
+  endforeach()
+endforeach()
+# The generators run on this machine.
+find_program(Protobuf_PROTOC_EXECUTABLE protoc)
+set(CMAKE_CROSSCOMPILING_EMULATOR "env;QEMU_LD_PREFIX=${SRD_SYSROOT};${SRD_EMULATOR}")

@@ -1,0 +1,34 @@
+#!/usr/bin/env bash
+# Unpacks what building for a board needs into build/sysroots/debian<RELEASE>-<ARCHITECTURE>.
+# Then: cmake --workflow --preset arm64 (armhf, arm64-debian13)
+set -euo pipefail
+
+usage() { echo "usage: toolchains/sysroot.sh arm64|armhf|amd64 [--debian 12|13]"; }
+
+packages=(
+  libc6-dev libstdc++-12-dev libeigen3-dev libhwy-dev libnanopb-dev libopencv-core-dev libpng-dev libtomlplusplus-dev
+  libcli11-dev libcamera-dev libgpiod-dev libsystemd-dev
+  # of the tests
+  libgtest-dev librapidcheck-dev libprotobuf-dev libopencv-calib3d-dev)
+
+architecture=
+release=12
+while [ $# -gt 0 ]; do
+  case $1 in
+    arm64 | armhf | amd64) architecture=$1 ;;
+    --debian) release=${2:?--debian: 12 or 13}; shift ;;
+    -h | --help) usage; exit 0 ;;
+    *) usage >&2; exit 2 ;;
+  esac
+  shift
+done
+[ -n "$architecture" ] || { usage >&2; exit 2; }
+
+cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.."
+. toolchains/debian_packages.sh
+to=$PWD/build/sysroots/debian$release-$architecture
+# Whole or not there: an interrupted run leaves nothing that looks finished.
+rm -rf -- "$to" "$to.part"
+debian_packages "$to.part" "$release" "$architecture" "${packages[@]}"
+mv -- "$to.part" "$to"
+echo "$to: $(du -sh "$to" | cut -f1)"
