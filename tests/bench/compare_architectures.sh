@@ -1,35 +1,42 @@
 #!/usr/bin/env bash
-# The same frames on this machine and on 64-bit ARM (qemu): the front end must give the same numbers bit for bit, the
-# surface over the pattern the same to 1e-3 mm. Builds what it needs, as count_instructions.sh does.
-# usage: tests/bench/compare_architectures.sh [FRAMES]   (default 8)
+# The same frames on this machine and on ARM (qemu): the front end must give the same numbers bit for bit, the surface over
+# the pattern the same to 1e-3 mm. Builds what it needs with the presets host and arm64 or armhf.
+# usage: tests/bench/compare_architectures.sh [arm64|armhf|arm64-debian13] [FRAMES]   (default arm64, 8)
 set -euo pipefail
 
 case ${1:-} in
   -h | --help) sed -n 's/^# //p' "${BASH_SOURCE[0]}"; exit 0 ;;
 esac
-frames=${1:-8}
+board=${1:-arm64}
+frames=${2:-8}
+case $board in
+  arm64) sysroot=debian12-arm64 emulator=qemu-aarch64-static make=(arm64) ;;
+  armhf) sysroot=debian12-armhf emulator=qemu-arm-static make=(armhf) ;;
+  arm64-debian13) sysroot=debian13-arm64 emulator=qemu-aarch64-static make=(arm64 --debian 13) ;;
+  *) echo "compare_architectures.sh: no board '$board': arm64, armhf or arm64-debian13" >&2; exit 2 ;;
+esac
 cd -- "$(dirname -- "${BASH_SOURCE[0]}")/../.."
-[ -d build/sysroots/debian12-arm64 ] || toolchains/sysroot.sh arm64 >&2
-for preset in bench arm64-count; do
+[ -d "build/sysroots/$sysroot" ] || toolchains/sysroot.sh "${make[@]}" >&2
+for preset in host "$board"; do
   [ -f "build/$preset/CMakeCache.txt" ] || cmake --preset "$preset" >&2
 done
-cmake --build build/bench --target srd_prerender frame_digest >&2
-cmake --build build/arm64-count --target frame_digest >&2
-sequence=build/arm64-count/frames-$frames.bin
-build/bench/tests/bench/srd_prerender "$sequence" "$frames"
-build/bench/tests/bench/frame_digest "$sequence" "$frames" >build/arm64-count/digest-here
-QEMU_LD_PREFIX=build/sysroots/debian12-arm64 qemu-aarch64-static build/arm64-count/tests/bench/frame_digest "$sequence" "$frames" \
-  >build/arm64-count/digest-arm64
-python3 - build/arm64-count/digest-here build/arm64-count/digest-arm64 <<'PYTHON'
+cmake --build build/host --target srd_prerender frame_digest >&2
+cmake --build "build/$board" --target frame_digest >&2
+sequence=build/$board/frames-$frames.bin
+build/host/tests/bench/srd_prerender "$sequence" "$frames"
+build/host/tests/bench/frame_digest "$sequence" "$frames" >"build/$board/digest-here"
+QEMU_LD_PREFIX=build/sysroots/$sysroot "$emulator" "build/$board/tests/bench/frame_digest" "$sequence" "$frames" \
+  >"build/$board/digest-there"
+python3 - "build/$board/digest-here" "build/$board/digest-there" "$board" <<'PYTHON'
 import sys
 
-here, there = ([line.split() for line in open(name, encoding="ascii")] for name in sys.argv[1:])
+here, there = ([line.split() for line in open(name, encoding="ascii")] for name in sys.argv[1:3])
 worst, differing = 0.0, 0
 for a, b in zip(here, there, strict=True):
     differing += a[:3] != b[:3]
     worst = max([worst] + [abs(float(x) - float(y)) for x, y in zip(a[4:], b[4:], strict=True)])
     assert len(a) > 4, "a frame without a surface"
-print(f"{len(here)} frames, {sum(int(a[1]) for a in here)} corners: front end differs in {differing} frames; "
+print(f"{sys.argv[3]}: {len(here)} frames, {sum(int(a[1]) for a in here)} corners: front end differs in {differing} frames; "
       f"surfaces differ by at most {worst:.6f} mm")
 sys.exit(differing > 0 or worst > 1e-3)
 PYTHON

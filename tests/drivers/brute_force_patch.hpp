@@ -8,6 +8,7 @@
 #include <Eigen/Dense>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <random>
 #include <vector>
 
@@ -92,7 +93,8 @@ inline BruteForcePatch::Sight traced_sight(const Scene& scene, const dsp::Coeffi
   return [&scene, a](double u, double v) -> dsp::Vec2<double> {
     const auto xy = scene.calibration.camera.undistort({u, v});
     dsp::Trace<double> traced;
-    (void)dsp::trace(scene.view().ray(*xy), scene.surface, a, scene.media, 0.0, false, traced);
+    if (!dsp::trace(scene.view().ray(*xy), scene.surface, a, scene.media, 0.0, false, traced))
+      return dsp::Vec2<double>::Constant(std::numeric_limits<double>::quiet_NaN());
     return traced.bottom / scene.pattern.square_mm;
   };
 }
