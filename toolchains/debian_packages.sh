@@ -74,6 +74,12 @@ debian_packages() { # folder, release, architecture, packages...
   local to=$1 release=$2 architecture=$3 state file link target
   shift 3
   mkdir -p "$to"
+  if [ "$release" -ge 13 ]; then  # its packages have /usr alone; the links are base-files'
+    for link in bin lib sbin; do
+      mkdir -p "$to/usr/$link"
+      ln -s "usr/$link" "$to/$link"
+    done
+  fi
   state=$(mktemp -d)
   debian_state "$state" "$release" "$architecture"
   apt-get -c "$state/apt.conf" -qq -y --download-only install "$@" >/dev/null
