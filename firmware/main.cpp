@@ -72,7 +72,10 @@ int run(const Arguments& arguments) {
 
   std::signal(SIGINT, request_stop);
   std::signal(SIGTERM, request_stop);
-  auto report = srd::firmware::run_node(*config, *instrument, arguments.frames, stop_requested);
+  srd::firmware::RunOptions options;
+  options.frames = arguments.frames;
+  options.say = [](const std::string& lines) { std::fputs(lines.c_str(), stderr); };
+  auto report = srd::firmware::run_node(*config, *instrument, options, stop_requested);
   if (!report) return fail(report.error());
   std::fputs(report->text().c_str(), stderr);
   if (!arguments.truth.empty())

@@ -234,6 +234,7 @@ Outcome<NodeConfig> NodeConfig::read(const TomlFile& toml, const std::filesystem
   read_detector(root.table("detector"), config);
   read_tracker(root.table("tracker"), config);
   read_estimator(root.table("estimator"), config);
+  config.realtime = read_realtime(root);
   if (auto done = toml.finish(); !done) return done.error();
   return config;
 }

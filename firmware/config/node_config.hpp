@@ -10,6 +10,7 @@
 #include "drivers/camera/camera.hpp"
 #include "drivers/support/problem.hpp"
 #include "dsp/pipeline/surface_tracker.hpp"
+#include "firmware/config/realtime_section.hpp"
 
 namespace srd {
 class TomlFile;
@@ -59,6 +60,7 @@ struct NodeConfig {
   std::optional<std::int64_t> deadline_us;  // of a frame's processing; empty: none
   dsp::SurfaceTrackerOptions tracker;
   Region region;
+  RealtimeSection realtime;
 
   // All problems of the file in one Problem.
   [[nodiscard]] static Outcome<NodeConfig> load(const std::filesystem::path& file);

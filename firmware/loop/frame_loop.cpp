@@ -125,6 +125,7 @@ void FrameLoop::hand_over(const CameraFrame& frame, bool usable) {
   ring_.push();
   handed_over_.fetch_add(1, std::memory_order_release);
   handed_over_.notify_one();
+  capture_faults_.frame();
 }
 
 void FrameLoop::process() {
@@ -147,6 +148,7 @@ void FrameLoop::process() {
     }
     make_record(taken);
     deliver();
+    process_faults_.frame();
   }
 }
 

@@ -10,6 +10,7 @@
 #include "dsp/core/spsc_ring.hpp"
 #include "dsp/pipeline/surface_tracker.hpp"
 #include "firmware/loop/frame_deadline.hpp"
+#include "firmware/realtime/page_faults.hpp"
 #include "proto/messages.hpp"
 
 namespace srd::firmware {
@@ -54,6 +55,8 @@ class FrameLoop {
   [[nodiscard]] const FrameCounters& counters() const { return counters_; }
   // Of the last singular frame; after process() has returned.
   [[nodiscard]] const dsp::RankReport& last_singular() const { return last_singular_; }
+  [[nodiscard]] const PageFaults& capture_faults() const { return capture_faults_; }
+  [[nodiscard]] const PageFaults& process_faults() const { return process_faults_; }
   [[nodiscard]] bool capturing() const { return !captured_all_.load(std::memory_order_acquire); }
 
  private:
@@ -71,6 +74,7 @@ class FrameLoop {
   TakeRecord take_;
   SpscRing<Captured> ring_;
   FrameCounters counters_;
+  PageFaults capture_faults_, process_faults_;
   std::atomic<bool> stopping_{false};
   std::atomic<bool> captured_all_{false};
   // Waking the processing thread: a count that it waits on (futex), no lock.

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <chrono>
+#include <latch>
 #include <random>
 #include <sstream>
 #include <thread>
 
 #include "drivers/support/rank_text.hpp"
+#include "firmware/realtime/realtime.hpp"
 
 namespace srd::firmware {
 
@@ -46,80 +48,136 @@ class StatusMaker {
   std::uint64_t captured_ = 0, records_ = 0;
 };
 
-}  // namespace
-
-Outcome<RunReport> run_node(const NodeConfig& config, Instrument& instrument, std::uint64_t frames,
-                            const std::atomic<bool>& stop) {
-  using Clock = std::chrono::steady_clock;
+Outcome<void> start_camera(const NodeConfig& config, Instrument& instrument) {
   Camera& camera = *instrument.camera;
   if (auto started = camera.start(); !started) return started.error();
-  if (camera.width() != instrument.width || camera.height() != instrument.height) {
-    const auto size = [](int w, int h) { return std::to_string(w) + " x " + std::to_string(h); };
-    return Problem{Exit::kInput, "the camera's images have another size than its calibration",
-                   config.camera->kind + ":" + config.camera->argument, size(instrument.width, instrument.height),
-                   size(camera.width(), camera.height()), "use the calibration of this camera and mode"};
-  }
+  if (camera.width() == instrument.width && camera.height() == instrument.height) return {};
+  const auto size = [](int w, int h) { return std::to_string(w) + " x " + std::to_string(h); };
+  return Problem{Exit::kInput, "the camera's images have another size than its calibration",
+                 config.camera->kind + ":" + config.camera->argument, size(instrument.width, instrument.height),
+                 size(camera.width(), camera.height()), "use the calibration of this camera and mode"};
+}
 
-  std::unique_ptr<Transmitter> transmitter;
-  if (!config.host.empty()) {
-    auto address = Address::parse(config.host, config.file.string());
-    if (!address) return address.error();
-    TransmitterOptions options;
-    options.host = *address;
-    options.sender.from = proto::BootId{*proto::NodeId::make(config.node_id), random_boot()};
-    options.sender.ring_frames = config.ring_frames;
-    options.sender.ring_bytes = config.ring_frames * 600;  // a frame of 12 parameters takes 450 bytes
-    options.sender.overwrite = camera.live();
-    auto made = Transmitter::start(options);
-    if (!made) return made.error();
-    transmitter = std::move(made).value();
-  }
+// None without a host.
+Outcome<std::unique_ptr<Transmitter>> start_transmitter(const NodeConfig& config, const Camera& camera) {
+  if (config.host.empty()) return std::unique_ptr<Transmitter>();
+  auto address = Address::parse(config.host, config.file.string());
+  if (!address) return address.error();
+  TransmitterOptions options;
+  options.host = *address;
+  options.sender.from = proto::BootId{*proto::NodeId::make(config.node_id), random_boot()};
+  options.sender.ring_frames = config.ring_frames;
+  options.sender.ring_bytes = config.ring_frames * 600;  // a frame of 12 parameters takes 450 bytes
+  options.sender.overwrite = camera.live();
+  return Transmitter::start(options);
+}
 
-  const std::atomic<bool>& cancelled = stop;
-  FrameLoop loop(camera, *instrument.tracker, {frames, instrument.refractive_index, instrument.deadline.get()},
-                 [&](const proto::CoefficientFrame& record) {
-                   if (!transmitter) return true;
-                   return camera.live() ? transmitter->push(record) : transmitter->push_waiting(record, cancelled);
-                 });
-  const auto begin = Clock::now();
-  std::thread capture([&] { loop.capture(); });
-  std::thread process([&] { loop.process(); });
-  std::thread watch([&, next = begin + kStatusInterval, status = StatusMaker{}]() mutable {
-    while (loop.capturing()) {
+// A started camera, its frame loop in two threads, and this thread that watches them.
+class NodeRun {
+ public:
+  NodeRun(Instrument& instrument, const RunOptions& options,
+          std::unique_ptr<Transmitter> transmitter, Realtime& realtime, const std::atomic<bool>& stop)
+      : camera_(*instrument.camera),
+        tracker_(*instrument.tracker),
+        options_(options),
+        transmitter_(std::move(transmitter)),
+        realtime_(realtime),
+        stop_(stop),
+        loop_(camera_, tracker_, {options.frames, instrument.refractive_index, instrument.deadline.get()},
+              [this](const proto::CoefficientFrame& record) { return deliver(record); }) {}
+
+  void measure() {
+    begin_ = next_status_ = Clock::now();
+    std::thread capture([this] {
+      realtime_.enter(ThreadRole::kCapture);
+      entered_.count_down();
+      loop_.capture();
+      running_.fetch_sub(1, std::memory_order_release);
+    });
+    std::thread process([this] {
+      realtime_.enter(ThreadRole::kProcess);
+      entered_.count_down();
+      loop_.process();
+      running_.fetch_sub(1, std::memory_order_release);
+    });
+    entered_.wait();
+    realtime_.lock();
+    if (const std::string notes = realtime_.notes(); !notes.empty()) options_.say(notes);
+    while (running_.load(std::memory_order_acquire) > 0) {
+      watch();
       std::this_thread::sleep_for(kWatchInterval);
-      if (stop.load(std::memory_order_relaxed)) loop.stop();
-      if (transmitter && Clock::now() >= next) {
-        transmitter->set_status(status.make(loop.counters(), 1, false));
-        next += kStatusInterval;
-      }
     }
-  });
-  capture.join();
-  process.join();
-  watch.join();
-  camera.stop();
-
-  RunReport report;
-  const FrameCounters& counters = loop.counters();
-  report.captured = value(counters.captured);
-  report.records = value(counters.records);
-  report.surfaces = value(counters.surfaces);
-  report.acquired = value(counters.acquired);
-  report.lost_tracks = value(counters.lost_tracks);
-  report.dropped_by_source = value(counters.dropped_by_source);
-  report.dropped_late = value(counters.dropped_late);
-  report.bad = value(counters.bad);
-  report.hurried = value(counters.hurried);
-  report.singular = value(counters.singular);
-  report.singular_why = rank_text(loop.last_singular(), instrument.tracker->model().modes);
-  report.disconnects = value(counters.disconnects);
-  report.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
-  if (transmitter) {
-    report.sent = true;
-    transmitter->set_status(StatusMaker{}.make(counters, std::max(report.seconds, 1e-3), true));
-    report.transmitter = transmitter->finish();
+    capture.join();
+    process.join();
+    camera_.stop();
   }
-  return report;
+
+  RunReport report() {
+    RunReport report;
+    const FrameCounters& counters = loop_.counters();
+    report.captured = value(counters.captured);
+    report.records = value(counters.records);
+    report.surfaces = value(counters.surfaces);
+    report.acquired = value(counters.acquired);
+    report.lost_tracks = value(counters.lost_tracks);
+    report.dropped_by_source = value(counters.dropped_by_source);
+    report.dropped_late = value(counters.dropped_late);
+    report.bad = value(counters.bad);
+    report.hurried = value(counters.hurried);
+    report.singular = value(counters.singular);
+    report.singular_why = rank_text(loop_.last_singular(), tracker_.model().modes);
+    report.disconnects = value(counters.disconnects);
+    report.minor_faults = loop_.capture_faults().minor() + loop_.process_faults().minor();
+    report.major_faults = loop_.capture_faults().major() + loop_.process_faults().major();
+    report.seconds = std::chrono::duration<double>(Clock::now() - begin_).count();
+    if (transmitter_) {
+      report.sent = true;
+      transmitter_->set_status(StatusMaker{}.make(counters, std::max(report.seconds, 1e-3), true));
+      report.transmitter = transmitter_->finish();
+    }
+    return report;
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  bool deliver(const proto::CoefficientFrame& record) {
+    if (!transmitter_) return true;
+    return camera_.live() ? transmitter_->push(record) : transmitter_->push_waiting(record, stop_);
+  }
+
+  void watch() {
+    if (stop_.load(std::memory_order_relaxed)) loop_.stop();
+    if (Clock::now() < next_status_) return;
+    next_status_ += kStatusInterval;
+    if (transmitter_) transmitter_->set_status(status_.make(loop_.counters(), 1, false));
+  }
+
+  Camera& camera_;
+  dsp::SurfaceTracker<float>& tracker_;
+  const RunOptions& options_;
+  std::unique_ptr<Transmitter> transmitter_;
+  Realtime& realtime_;
+  const std::atomic<bool>& stop_;
+  FrameLoop loop_;
+  std::latch entered_{2};
+  std::atomic<int> running_{2};
+  StatusMaker status_;
+  Clock::time_point begin_, next_status_;
+};
+
+}  // namespace
+
+Outcome<RunReport> run_node(const NodeConfig& config, Instrument& instrument, const RunOptions& options,
+                            const std::atomic<bool>& stop) {
+  Realtime realtime(config.realtime, instrument.camera->live());
+  realtime.prepare();
+  if (auto started = start_camera(config, instrument); !started) return started.error();
+  auto transmitter = start_transmitter(config, *instrument.camera);
+  if (!transmitter) return transmitter.error();
+  NodeRun run(instrument, options, std::move(*transmitter), realtime, stop);
+  run.measure();
+  return run.report();
 }
 
 std::string RunReport::text() const {
@@ -129,6 +187,9 @@ std::string RunReport::text() const {
       << seconds << " s\n"
       << "tracking  found " << acquired << " times, lost " << lost_tracks << " times\n"
       << "dropped   " << dropped_by_source << " by the source, " << dropped_late << " late, " << bad << " unusable\n";
+  if (minor_faults + major_faults > 0)
+    out << "memory    " << minor_faults << " page faults without the disk, " << major_faults
+        << " with it, in the frame loop after its first frames\n";
   if (hurried > 0) out << "deadline  ended the fit of " << hurried << " frames\n";
   if (singular > 0) out << "singular  " << singular << " frames: " << singular_why << "\n";
   if (sent)
