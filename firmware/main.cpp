@@ -21,9 +21,9 @@ int fail(const srd::Problem& problem) {
 }
 
 struct Arguments {
-  std::string config, camera, host, rate, truth;
+  std::string config, camera, host, rate, truth, record;
   std::uint64_t frames = 0;
-  bool check = false, list = false;
+  bool check = false, list = false, force = false;
 };
 
 // What the command line says goes before what the file says.
@@ -38,6 +38,11 @@ srd::Outcome<void> override_config(const Arguments& arguments, srd::firmware::No
   }
   if (!arguments.host.empty()) config.host = arguments.host;
   if (!arguments.rate.empty()) config.pace = arguments.rate == "max" ? srd::Pace::kMax : srd::Pace::kCamera;
+  if (!arguments.record.empty()) {
+    config.record.folder = arguments.record;
+    config.record.may_count = false;
+  }
+  config.record.force = arguments.force;
   if (!config.host.empty()) {
     const std::string where = arguments.host.empty() ? config.file.string() : "--host";
     auto address = srd::Address::parse(config.host, where);
@@ -102,6 +107,8 @@ int main(int argc, char** argv) {
   app.add_option("--rate", arguments.rate, "camera: at the recorded rate; max: as fast as possible, dropping nothing")
       ->check(CLI::IsMember({"camera", "max"}));
   app.add_option("--truth", arguments.truth, "with the simulator: write the true surfaces to this CSV file");
+  app.add_option("--record", arguments.record, "keep the camera's frames in this folder, which can be replayed");
+  app.add_flag("--force", arguments.force, "with --record: replace a recording that is there");
   app.add_flag("--check-config", arguments.check, "read everything the configuration names, then end");
   app.add_flag("--list-cameras", arguments.list, "the kinds of camera that this build knows");
   try {

@@ -11,6 +11,7 @@
 #include "drivers/support/problem.hpp"
 #include "dsp/pipeline/surface_tracker.hpp"
 #include "firmware/config/realtime_section.hpp"
+#include "firmware/config/record_section.hpp"
 
 namespace srd {
 class TomlFile;
@@ -61,6 +62,7 @@ struct NodeConfig {
   dsp::SurfaceTrackerOptions tracker;
   Region region;
   RealtimeSection realtime;
+  RecordSection record;
 
   // All problems of the file in one Problem.
   [[nodiscard]] static Outcome<NodeConfig> load(const std::filesystem::path& file);

@@ -139,6 +139,7 @@ void FrameLoop::process() {
     }
     const Captured taken = *captured;
     ring_.pop();
+    if (taken.usable && options_.see) options_.see(taken.frame);
     if (camera_.live() && taken.usable && ring_.front() != nullptr) {
       // A newer frame waits: the older one is late already.
       camera_.give_back(taken.frame);

@@ -34,10 +34,14 @@ struct FrameCounters {
 // Where records go. Called from the processing thread; false: no room now (a source that waits tries again).
 using TakeRecord = std::function<bool(const proto::CoefficientFrame&)>;
 
+// Sees every usable frame before it is processed or dropped as late. Called from the processing thread; may not keep it.
+using SeeFrame = std::function<void(const CameraFrame&)>;
+
 struct FrameLoopOptions {
   std::uint64_t frames = 0;  // end after so many records; 0: at the camera's end
   double refractive_index = 1;
   FrameDeadline* deadline = nullptr;  // that the tracker asks; started with every frame
+  SeeFrame see{};                     // none: nobody looks
 };
 
 class FrameLoop {

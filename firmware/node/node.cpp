@@ -9,6 +9,7 @@
 
 #include "drivers/support/rank_text.hpp"
 #include "firmware/realtime/realtime.hpp"
+#include "firmware/record/frame_recorder.hpp"
 
 namespace srd::firmware {
 
@@ -72,18 +73,30 @@ Outcome<std::unique_ptr<Transmitter>> start_transmitter(const NodeConfig& config
   return Transmitter::start(options);
 }
 
+// None without a folder.
+Outcome<std::unique_ptr<FrameRecorder>> start_recorder(const NodeConfig& config, const Instrument& instrument) {
+  if (config.record.folder.empty()) return std::unique_ptr<FrameRecorder>();
+  std::error_code error;
+  if (config.camera->kind == "recording" &&
+      std::filesystem::equivalent(config.camera->argument, config.record.folder, error))
+    return Problem{Exit::kUsage, "a recording cannot be recorded over itself", config.record.folder.string(),
+                   "another folder", "", ""};
+  return FrameRecorder::start(config.record, instrument.rig, instrument.camera->width(), instrument.camera->height());
+}
+
 // A started camera, its frame loop in two threads, and this thread that watches them.
 class NodeRun {
  public:
   NodeRun(Instrument& instrument, const RunOptions& options,
-          std::unique_ptr<Transmitter> transmitter, Realtime& realtime, const std::atomic<bool>& stop)
+          std::unique_ptr<Transmitter> transmitter, std::unique_ptr<FrameRecorder> recorder, Realtime& realtime, const std::atomic<bool>& stop)
       : camera_(*instrument.camera),
         tracker_(*instrument.tracker),
         options_(options),
         transmitter_(std::move(transmitter)),
+        recorder_(std::move(recorder)),
         realtime_(realtime),
         stop_(stop),
-        loop_(camera_, tracker_, {options.frames, instrument.refractive_index, instrument.deadline.get()},
+        loop_(camera_, tracker_, {options.frames, instrument.refractive_index, instrument.deadline.get(), see()},
               [this](const proto::CoefficientFrame& record) { return deliver(record); }) {}
 
   void measure() {
@@ -110,6 +123,8 @@ class NodeRun {
     capture.join();
     process.join();
     camera_.stop();
+    if (recorder_) recorder_->finish();
+    watch_recorder();
   }
 
   RunReport report() {
@@ -130,6 +145,13 @@ class NodeRun {
     report.minor_faults = loop_.capture_faults().minor() + loop_.process_faults().minor();
     report.major_faults = loop_.capture_faults().major() + loop_.process_faults().major();
     report.seconds = std::chrono::duration<double>(Clock::now() - begin_).count();
+    if (recorder_) {
+      report.recording = true;
+      report.recorded_to = recorder_->folder().string();
+      report.recorded = recorder_->recorded();
+      report.record_dropped = recorder_->dropped();
+      report.record_problem = recorder_->problem();
+    }
     if (transmitter_) {
       report.sent = true;
       transmitter_->set_status(StatusMaker{}.make(counters, std::max(report.seconds, 1e-3), true));
@@ -141,6 +163,19 @@ class NodeRun {
  private:
   using Clock = std::chrono::steady_clock;
 
+  SeeFrame see() {
+    if (!recorder_) return {};
+    return [this, wait = !camera_.live()](const CameraFrame& frame) { recorder_->take(frame, wait); };
+  }
+
+  // Said when it happens: nobody should learn it at the end.
+  void watch_recorder() {
+    if (!recorder_ || !recorder_->stopped() || said_stopped_) return;
+    said_stopped_ = true;
+    options_.say("note      recording to " + recorder_->folder().string() + " has stopped: " + recorder_->problem() +
+                 "; the measurement goes on\n");
+  }
+
   bool deliver(const proto::CoefficientFrame& record) {
     if (!transmitter_) return true;
     return camera_.live() ? transmitter_->push(record) : transmitter_->push_waiting(record, stop_);
@@ -150,6 +185,7 @@ class NodeRun {
     if (stop_.load(std::memory_order_relaxed)) loop_.stop();
     if (Clock::now() < next_status_) return;
     next_status_ += kStatusInterval;
+    watch_recorder();
     if (transmitter_) transmitter_->set_status(status_.make(loop_.counters(), 1, false));
   }
 
@@ -157,6 +193,8 @@ class NodeRun {
   dsp::SurfaceTracker<float>& tracker_;
   const RunOptions& options_;
   std::unique_ptr<Transmitter> transmitter_;
+  std::unique_ptr<FrameRecorder> recorder_;
+  bool said_stopped_ = false;
   Realtime& realtime_;
   const std::atomic<bool>& stop_;
   FrameLoop loop_;
@@ -175,7 +213,10 @@ Outcome<RunReport> run_node(const NodeConfig& config, Instrument& instrument, co
   if (auto started = start_camera(config, instrument); !started) return started.error();
   auto transmitter = start_transmitter(config, *instrument.camera);
   if (!transmitter) return transmitter.error();
-  NodeRun run(instrument, options, std::move(*transmitter), realtime, stop);
+  auto recorder = start_recorder(config, instrument);
+  if (!recorder) return recorder.error();
+  if (*recorder) options.say("recording " + (*recorder)->folder().string() + "\n");
+  NodeRun run(instrument, options, std::move(*transmitter), std::move(*recorder), realtime, stop);
   run.measure();
   return run.report();
 }
@@ -192,6 +233,9 @@ std::string RunReport::text() const {
         << " with it, in the frame loop after its first frames\n";
   if (hurried > 0) out << "deadline  ended the fit of " << hurried << " frames\n";
   if (singular > 0) out << "singular  " << singular << " frames: " << singular_why << "\n";
+  if (recording)
+    out << "recorded  " << recorded << " frames to " << recorded_to << ", " << record_dropped << " dropped"
+        << (record_problem.empty() ? "" : "; stopped: " + record_problem) << "\n";
   if (sent)
     out << "sent      " << transmitter.counts.datagrams << " datagrams, " << transmitter.counts.resent << " again, "
         << transmitter.counts.lost << " frames lost, " << transmitter.unacknowledged << " not acknowledged\n";

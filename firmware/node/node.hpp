@@ -20,6 +20,9 @@ struct RunReport {
   std::string singular_why;     // of the last one
   // Of the capturing and the processing thread, after their first frames.
   std::uint64_t minor_faults = 0, major_faults = 0;
+  bool recording = false;       // frames were kept on disk
+  std::string recorded_to, record_problem;  // the folder; why it ended before the run did, empty: it did not
+  std::uint64_t recorded = 0, record_dropped = 0;
   bool sent = false;  // whether there was a host to send to
   TransmitterReport transmitter;
   double seconds = 0;
