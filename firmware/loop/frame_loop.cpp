@@ -90,6 +90,7 @@ void FrameLoop::capture() {
   bool connected = true;
   std::uint64_t taken = 0;
   while (!stopping_.load(std::memory_order_relaxed) && (options_.frames == 0 || taken < options_.frames)) {
+    count(counters_.calls);
     switch (camera_.next(frame, kCaptureTimeout)) {
       case Capture::kFrame:
         connected = true;
@@ -107,6 +108,7 @@ void FrameLoop::capture() {
         break;
       case Capture::kEnd: stopping_.store(true, std::memory_order_relaxed); break;
     }
+    counters_.away.store(!connected, std::memory_order_relaxed);
   }
   captured_all_.store(true, std::memory_order_release);
   handed_over_.fetch_add(1, std::memory_order_release);

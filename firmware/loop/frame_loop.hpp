@@ -28,6 +28,8 @@ struct FrameCounters {
   std::atomic<std::uint64_t> singular{0};           // records whose corners do not determine the coefficients
   std::atomic<std::uint64_t> bad{0};                // frames without a usable image
   std::atomic<std::uint64_t> disconnects{0};
+  std::atomic<std::uint64_t> calls{0};              // of the camera, answered or not
+  std::atomic<bool> away{false};                    // the camera is disconnected
   std::atomic<std::uint8_t> state{0};               // proto::NodeState
 };
 

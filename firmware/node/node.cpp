@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <latch>
+#include <optional>
 #include <random>
 #include <sstream>
 #include <thread>
@@ -10,6 +11,9 @@
 #include "drivers/support/rank_text.hpp"
 #include "firmware/realtime/realtime.hpp"
 #include "firmware/record/frame_recorder.hpp"
+#include "firmware/service/notifier.hpp"
+#include "firmware/service/stop_signals.hpp"
+#include "firmware/service/watchdog.hpp"
 
 namespace srd::firmware {
 
@@ -48,6 +52,15 @@ class StatusMaker {
  private:
   std::uint64_t captured_ = 0, records_ = 0;
 };
+
+// What systemctl status shows.
+std::string status_text(const proto::NodeStatus& status, bool away) {
+  std::ostringstream out;
+  out.precision(3);
+  out << (away ? "camera is away, being called" : proto::to_string(status.state)) << ", " << status.capture_hz
+      << " frames/s, dropped " << status.dropped_by_source << " by the source, " << status.dropped_late << " late";
+  return out.str();
+}
 
 Outcome<void> start_camera(const NodeConfig& config, Instrument& instrument) {
   Camera& camera = *instrument.camera;
@@ -101,6 +114,7 @@ class NodeRun {
 
   void measure() {
     begin_ = next_status_ = Clock::now();
+    auto blocked = std::make_optional<StopSignalsBlocked>();
     std::thread capture([this] {
       realtime_.enter(ThreadRole::kCapture);
       entered_.count_down();
@@ -113,8 +127,10 @@ class NodeRun {
       loop_.process();
       running_.fetch_sub(1, std::memory_order_release);
     });
+    blocked.reset();
     entered_.wait();
     realtime_.lock();
+    service_.ready();
     if (const std::string notes = realtime_.notes(); !notes.empty()) options_.say(notes);
     while (running_.load(std::memory_order_acquire) > 0) {
       watch();
@@ -122,6 +138,7 @@ class NodeRun {
     }
     capture.join();
     process.join();
+    service_.stopping();
     camera_.stop();
     if (recorder_) recorder_->finish();
     watch_recorder();
@@ -183,10 +200,17 @@ class NodeRun {
 
   void watch() {
     if (stop_.load(std::memory_order_relaxed)) loop_.stop();
-    if (Clock::now() < next_status_) return;
+    const Clock::time_point now = Clock::now();
+    const FrameCounters& counters = loop_.counters();
+    const FrameWatchdog::Progress progress{value(counters.records) + value(counters.dropped_late), value(counters.calls),
+                                           counters.away.load(std::memory_order_relaxed), camera_.live()};
+    if (watchdog_.due(now.time_since_epoch() / std::chrono::nanoseconds(1), progress)) service_.alive();
+    if (now < next_status_) return;
     next_status_ += kStatusInterval;
     watch_recorder();
-    if (transmitter_) transmitter_->set_status(status_.make(loop_.counters(), 1, false));
+    const proto::NodeStatus status = status_.make(counters, 1, false);
+    service_.status(status_text(status, progress.away));
+    if (transmitter_) transmitter_->set_status(status);
   }
 
   Camera& camera_;
@@ -198,6 +222,8 @@ class NodeRun {
   Realtime& realtime_;
   const std::atomic<bool>& stop_;
   FrameLoop loop_;
+  ServiceNotifier service_;
+  FrameWatchdog watchdog_{service_.watchdog_ns()};
   std::latch entered_{2};
   std::atomic<int> running_{2};
   StatusMaker status_;

@@ -30,8 +30,15 @@ struct RunReport {
   [[nodiscard]] std::string text() const;
 };
 
+// How the run before this one ended, for the status.
+struct Restart {
+  std::string last_end;
+  std::uint32_t restarts = 0;
+};
+
 struct RunOptions {
   std::uint64_t frames = 0;  // end after so many records; 0: at the camera's end
+  Restart restart;
   // Lines for a person while the node runs; from the calling thread.
   std::function<void(const std::string& lines)> say = [](const std::string&) {};
 };

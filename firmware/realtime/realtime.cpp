@@ -4,7 +4,6 @@
 #include <malloc.h>
 #include <pthread.h>
 #include <sched.h>
-#include <signal.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/syscall.h>
@@ -52,14 +51,6 @@ int set_cpus(std::span<const int> cpus) {
   for (std::size_t i = 0; i < pages.size(); i += 4096) pages[i] = 0;
 }
 
-void leave_signals_to_main() {
-  sigset_t signals;
-  ::sigemptyset(&signals);
-  ::sigaddset(&signals, SIGINT);
-  ::sigaddset(&signals, SIGTERM);
-  ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-}
-
 std::string error_text(const char* call, int error) {
   return std::string(call) + ": " + std::strerror(error) + ", errno " + std::to_string(error);
 }
@@ -93,7 +84,6 @@ void Realtime::prepare() {
 }
 
 void Realtime::enter(ThreadRole role) {
-  leave_signals_to_main();
   touch_stack();
   if (!active_) return;
   const std::array<int, kThreadRoles> priorities{section_.capture_priority, section_.strobe_priority,

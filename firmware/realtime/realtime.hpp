@@ -32,7 +32,7 @@ class Realtime {
 
   // Before any thread starts: stacks small enough to be locked, one heap for all threads.
   void prepare();
-  // First thing in a thread: stack touched, SIGINT and SIGTERM left to the main thread, priority and CPUs set.
+  // First thing in a thread: stack touched, priority and CPUs set.
   void enter(ThreadRole role);
   // When all buffers are reserved and all threads run: memory locked, free memory kept.
   void lock();

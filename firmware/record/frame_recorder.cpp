@@ -1,10 +1,9 @@
 #include "firmware/record/frame_recorder.hpp"
 
-#include <signal.h>
-
-#include <algorithm>
 #include <chrono>
 #include <cstring>
+
+#include "firmware/service/stop_signals.hpp"
 
 namespace srd::firmware {
 
@@ -51,13 +50,8 @@ Outcome<std::unique_ptr<FrameRecorder>> FrameRecorder::start(const RecordSection
   if (!recording) return recording.error();
   if (auto written = write_rig(recording->folder(), rig); !written) return written.error();
   std::unique_ptr<FrameRecorder> made(new FrameRecorder(std::move(*recording), section, width, height));
-  sigset_t signals, before;
-  ::sigemptyset(&signals);
-  ::sigaddset(&signals, SIGINT);
-  ::sigaddset(&signals, SIGTERM);
-  ::pthread_sigmask(SIG_BLOCK, &signals, &before);
+  const StopSignalsBlocked blocked;
   made->thread_ = std::thread([recorder = made.get()] { recorder->run(); });
-  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
   return made;
 }
 

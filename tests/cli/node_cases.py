@@ -191,6 +191,8 @@ COMMAND_LINE = [
     ("recording on a disk that is too full",
      config("[80.0]", '[80.0]\n[record]\nfolder = "new"\nmin_free_mib = 1000000000'), RUN, INPUT,
      ["new", "too little room", "1000000000 MiB", "record.min_free_mib"]),
+    ("state in a file", config(None, None), (*RUN, "--state", "flume.toml"), INPUT,
+     ["flume.toml/last_end", "cannot keep how the node ended", "--state"]),
     ("truth of a recording", config(None, None), (*RUN, "--truth", "t.csv"), USAGE, ["--truth", "simulator", "recording"]),
     ("truth in a folder that is not there", config(None, None),
      (*RUN, "--camera", "simulator", "--frames", "1", "--truth", "nowhere/t.csv"), INPUT,
