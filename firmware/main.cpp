@@ -85,6 +85,7 @@ srd::Outcome<srd::firmware::RunReport> measure(const srd::firmware::NodeConfig& 
     std::fprintf(stderr, "restart   %u, after: %s\n", last_end.restarts(), last_end.text().c_str());
   srd::firmware::RunOptions options;
   options.frames = arguments.frames;
+  options.version = SRD_VERSION;
   options.restart = {last_end.text(), last_end.restarts()};
   options.say = [](const std::string& lines) { std::fputs(lines.c_str(), stderr); };
   last_end.catch_fatal_signals();

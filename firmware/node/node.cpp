@@ -10,6 +10,7 @@
 
 #include "drivers/support/rank_text.hpp"
 #include "firmware/realtime/realtime.hpp"
+#include "firmware/node/status_maker.hpp"
 #include "firmware/record/frame_recorder.hpp"
 #include "firmware/service/notifier.hpp"
 #include "firmware/service/stop_signals.hpp"
@@ -30,37 +31,6 @@ std::uint64_t random_boot() {
 }
 
 std::uint64_t value(const std::atomic<std::uint64_t>& counter) { return counter.load(std::memory_order_relaxed); }
-
-// Rates are those of the last second.
-class StatusMaker {
- public:
-  proto::NodeStatus make(const FrameCounters& counters, double seconds, bool stopping) {
-    proto::NodeStatus status;
-    status.state = stopping ? proto::NodeState::kStopping
-                            : static_cast<proto::NodeState>(counters.state.load(std::memory_order_relaxed));
-    const std::uint64_t captured = value(counters.captured), records = value(counters.records);
-    status.capture_hz = static_cast<float>(static_cast<double>(captured - captured_) / seconds);
-    status.record_hz = static_cast<float>(static_cast<double>(records - records_) / seconds);
-    captured_ = captured;
-    records_ = records;
-    status.dropped_by_source = value(counters.dropped_by_source);
-    status.dropped_late = value(counters.dropped_late);
-    status.dropped_bad = value(counters.bad);
-    return status;
-  }
-
- private:
-  std::uint64_t captured_ = 0, records_ = 0;
-};
-
-// What systemctl status shows.
-std::string status_text(const proto::NodeStatus& status, bool away) {
-  std::ostringstream out;
-  out.precision(3);
-  out << (away ? "camera is away, being called" : proto::to_string(status.state)) << ", " << status.capture_hz
-      << " frames/s, dropped " << status.dropped_by_source << " by the source, " << status.dropped_late << " late";
-  return out.str();
-}
 
 Outcome<void> start_camera(const NodeConfig& config, Instrument& instrument) {
   Camera& camera = *instrument.camera;
@@ -171,7 +141,8 @@ class NodeRun {
     }
     if (transmitter_) {
       report.sent = true;
-      transmitter_->set_status(StatusMaker{}.make(counters, std::max(report.seconds, 1e-3), true));
+      transmitter_->set_status(
+          StatusMaker(options_.version, options_.restart).make(loop_, recorder_.get(), std::max(report.seconds, 1e-3), true));
       report.transmitter = transmitter_->finish();
     }
     return report;
@@ -208,7 +179,7 @@ class NodeRun {
     if (now < next_status_) return;
     next_status_ += kStatusInterval;
     watch_recorder();
-    const proto::NodeStatus status = status_.make(counters, 1, false);
+    const proto::NodeStatus status = status_.make(loop_, recorder_.get(), 1, false);
     service_.status(status_text(status, progress.away));
     if (transmitter_) transmitter_->set_status(status);
   }
@@ -226,7 +197,7 @@ class NodeRun {
   FrameWatchdog watchdog_{service_.watchdog_ns()};
   std::latch entered_{2};
   std::atomic<int> running_{2};
-  StatusMaker status_;
+  StatusMaker status_{options_.version, options_.restart};
   Clock::time_point begin_, next_status_;
 };
 

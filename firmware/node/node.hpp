@@ -8,6 +8,7 @@
 
 #include "firmware/config/instrument.hpp"
 #include "firmware/loop/frame_loop.hpp"
+#include "firmware/node/status_maker.hpp"
 #include "firmware/transmit/transmitter.hpp"
 
 namespace srd::firmware {
@@ -30,14 +31,9 @@ struct RunReport {
   [[nodiscard]] std::string text() const;
 };
 
-// How the run before this one ended, for the status.
-struct Restart {
-  std::string last_end;
-  std::uint32_t restarts = 0;
-};
-
 struct RunOptions {
   std::uint64_t frames = 0;  // end after so many records; 0: at the camera's end
+  std::string version;       // of the program, for the status
   Restart restart;
   // Lines for a person while the node runs; from the calling thread.
   std::function<void(const std::string& lines)> say = [](const std::string&) {};
