@@ -1,4 +1,6 @@
 // srd-node: measures the water surface in front of one camera and sends it to the host.
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <csignal>
@@ -7,13 +9,19 @@
 #include "drivers/net/address.hpp"
 #include "drivers/camera/simulator/scene_truth.hpp"
 #include "firmware/node/node.hpp"
+#include "firmware/service/last_end.hpp"
 
 namespace {
 
 std::atomic<bool> stop_requested{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
-void request_stop(int) { stop_requested.store(true, std::memory_order_relaxed); }
+// The first time ends in order; SIGINT again ends at once.
+void request_stop(int signal) {
+  if (!stop_requested.exchange(true) || signal != SIGINT) return;
+  srd::firmware::LastEnd::clear_from_signal();
+  ::_exit(128 + SIGINT);
+}
 
 int fail(const srd::Problem& problem) {
   std::fputs(problem.text().c_str(), stderr);
@@ -21,9 +29,9 @@ int fail(const srd::Problem& problem) {
 }
 
 struct Arguments {
-  std::string config, camera, host, rate, truth;
+  std::string config, camera, host, rate, truth, record, state;
   std::uint64_t frames = 0;
-  bool check = false, list = false;
+  bool check = false, list = false, force = false;
 };
 
 // What the command line says goes before what the file says.
@@ -38,6 +46,13 @@ srd::Outcome<void> override_config(const Arguments& arguments, srd::firmware::No
   }
   if (!arguments.host.empty()) config.host = arguments.host;
   if (!arguments.rate.empty()) config.pace = arguments.rate == "max" ? srd::Pace::kMax : srd::Pace::kCamera;
+  if (!arguments.record.empty()) {
+    config.record.folder = arguments.record;
+    config.record.may_count = false;
+  }
+  config.record.force = arguments.force;
+  if (!arguments.state.empty()) config.state = arguments.state;
+  if (config.state.empty()) config.state = srd::firmware::LastEnd::service_folder();
   if (!config.host.empty()) {
     const std::string where = arguments.host.empty() ? config.file.string() : "--host";
     auto address = srd::Address::parse(config.host, where);
@@ -47,6 +62,34 @@ srd::Outcome<void> override_config(const Arguments& arguments, srd::firmware::No
                           "'" + config.host + "'", "the port of srd listen, 47810 unless it was given another"};
   }
   return {};
+}
+
+int report_on(const srd::firmware::RunReport& report, const Arguments& arguments, const std::string& host,
+              const srd::firmware::Instrument& instrument) {
+  std::fputs(report.text().c_str(), stderr);
+  if (!arguments.truth.empty())
+    if (auto written = srd::write_truth(arguments.truth, srd::truth_of(*instrument.scene, report.records)); !written)
+      return fail(written.error());
+  if (report.sent && report.transmitter.unacknowledged + report.transmitter.counts.lost > 0)
+    return fail({srd::Exit::kNetwork, "not every frame is in the host's record", host, "all acknowledged",
+                 std::to_string(report.transmitter.unacknowledged) + " frames not acknowledged, " +
+                     std::to_string(report.transmitter.counts.lost) + " overwritten",
+                 "is srd listen running there?"});
+  return 0;
+}
+
+srd::Outcome<srd::firmware::RunReport> measure(const srd::firmware::NodeConfig& config, const Arguments& arguments,
+                                               srd::firmware::Instrument& instrument,
+                                               const srd::firmware::LastEnd& last_end) {
+  if (last_end.restarts() > 0)
+    std::fprintf(stderr, "restart   %u, after: %s\n", last_end.restarts(), last_end.text().c_str());
+  srd::firmware::RunOptions options;
+  options.frames = arguments.frames;
+  options.version = SRD_VERSION;
+  options.restart = {last_end.text(), last_end.restarts()};
+  options.say = [](const std::string& lines) { std::fputs(lines.c_str(), stderr); };
+  last_end.catch_fatal_signals();
+  return srd::firmware::run_node(config, instrument, options, stop_requested);
 }
 
 int run(const Arguments& arguments) {
@@ -59,31 +102,29 @@ int run(const Arguments& arguments) {
   auto config = srd::firmware::NodeConfig::load(arguments.config);
   if (!config) return fail(config.error());
   if (auto overridden = override_config(arguments, *config); !overridden) return fail(overridden.error());
+  std::signal(SIGINT, request_stop);
+  std::signal(SIGTERM, request_stop);
+  const auto last_end = srd::firmware::LastEnd::open(arguments.check ? "" : config->state);
+  if (!last_end) return fail(last_end.error());
+  // From here on a run that does not come to its end leaves the reason for the next one.
+  const auto ended = [&](const srd::Problem& problem) {
+    last_end->write(problem.what + (problem.where.empty() ? "" : ": " + problem.where));
+    return fail(problem);
+  };
   auto instrument = srd::firmware::make_instrument(*config);
-  if (!instrument) return fail(instrument.error());
+  if (!instrument) return ended(instrument.error());
   std::fputs(instrument->summary.c_str(), stderr);
   if (arguments.check) {
     std::puts("configuration is good");
     return 0;
   }
   if (!arguments.truth.empty() && !instrument->scene)
-    return fail({srd::Exit::kUsage, "only the simulator knows the true surface", "--truth", "a camera of kind simulator",
-                 config->camera->kind, ""});
-
-  std::signal(SIGINT, request_stop);
-  std::signal(SIGTERM, request_stop);
-  auto report = srd::firmware::run_node(*config, *instrument, arguments.frames, stop_requested);
-  if (!report) return fail(report.error());
-  std::fputs(report->text().c_str(), stderr);
-  if (!arguments.truth.empty())
-    if (auto written = srd::write_truth(arguments.truth, srd::truth_of(*instrument->scene, report->records)); !written)
-      return fail(written.error());
-  if (report->sent && report->transmitter.unacknowledged + report->transmitter.counts.lost > 0)
-    return fail({srd::Exit::kNetwork, "not every frame is in the host's record", config->host, "all acknowledged",
-                 std::to_string(report->transmitter.unacknowledged) + " frames not acknowledged, " +
-                     std::to_string(report->transmitter.counts.lost) + " overwritten",
-                 "is srd listen running there?"});
-  return 0;
+    return ended({srd::Exit::kUsage, "only the simulator knows the true surface", "--truth", "a camera of kind simulator",
+                  config->camera->kind, ""});
+  const auto report = measure(*config, arguments, *instrument, *last_end);
+  if (!report) return ended(report.error());
+  last_end->clear();
+  return report_on(*report, arguments, config->host, *instrument);
 }
 
 }  // namespace
@@ -99,6 +140,9 @@ int main(int argc, char** argv) {
   app.add_option("--rate", arguments.rate, "camera: at the recorded rate; max: as fast as possible, dropping nothing")
       ->check(CLI::IsMember({"camera", "max"}));
   app.add_option("--truth", arguments.truth, "with the simulator: write the true surfaces to this CSV file");
+  app.add_option("--record", arguments.record, "keep the camera's frames in this folder, which can be replayed");
+  app.add_flag("--force", arguments.force, "with --record: replace a recording that is there");
+  app.add_option("--state", arguments.state, "folder that keeps how the last run ended, instead of the file's");
   app.add_flag("--check-config", arguments.check, "read everything the configuration names, then end");
   app.add_flag("--list-cameras", arguments.list, "the kinds of camera that this build knows");
   try {

@@ -14,6 +14,7 @@ namespace srd::proto {
 template <std::size_t Capacity>
 class FixedText {
  public:
+  static constexpr std::size_t kCapacity = Capacity;
   // nullopt when it does not fit or has a NUL or a control character.
   [[nodiscard]] static constexpr std::optional<FixedText> make(std::string_view text) {
     if (text.size() > Capacity) return std::nullopt;

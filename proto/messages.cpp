@@ -75,6 +75,14 @@ const char* to_string(dsp::Metric metric) {
   return "unknown";
 }
 
+const char* throttled_text(std::uint32_t throttled) {
+  if ((throttled & Throttled::kUnderVoltage) != 0) return "under-voltage";
+  if ((throttled & Throttled::kThrottled) != 0) return "throttled";
+  if ((throttled & Throttled::kTemperatureLimit) != 0) return "at its temperature limit";
+  if ((throttled & Throttled::kCapped) != 0) return "frequency capped";
+  return "";
+}
+
 bool valid(const NodeHeader& header) {
   return !header.from.node.view().empty() && header.sequence <= kMaxSequence && header.oldest_held <= header.sequence;
 }
@@ -96,6 +104,8 @@ bool valid(const CoefficientFrame& frame) {
 bool valid(const NodeStatus& status) {
   return valid(status.stamp) && static_cast<int>(status.state) < kNodeStateCount && not_negative(status.capture_hz) &&
          not_negative(status.record_hz) && !std::isinf(status.temperature_c) &&
+         (status.throttled & ~Throttled::kAll) == 0 && status.clock_state <= ClockState::kUnsynchronised &&
+         status.recording <= RecordState::kStopped &&
          ascending(status.lost_ranges, 0, kMaxSequence);
 }
 

@@ -37,6 +37,18 @@ inline constexpr int kNodeStateCount = 5;
 
 [[nodiscard]] const char* to_string(dsp::Metric metric);
 
+// Bits of NodeStatus::throttled, as the Raspberry Pi's firmware numbers them.
+struct Throttled {
+  static constexpr std::uint32_t kUnderVoltage = 1, kCapped = 2, kThrottled = 4, kTemperatureLimit = 8;
+  static constexpr std::uint32_t kNow = 0xF, kAll = 0xF000F;
+  static constexpr int kEverShift = 16;
+};
+// The worst that happens now: "under-voltage", "throttled", ..; "" when nothing does.
+[[nodiscard]] const char* throttled_text(std::uint32_t throttled);
+
+enum class ClockState : std::uint8_t { kUnknown = 0, kSynchronised = 1, kUnsynchronised = 2 };
+enum class RecordState : std::uint8_t { kNone = 0, kRecording = 1, kStopped = 2 };
+
 // One moment by two clocks.
 struct Stamp {
   std::int64_t sensor_time_ns = 0;
@@ -89,7 +101,15 @@ struct NodeStatus {
   std::uint64_t strobe_late = 0;
   float temperature_c = std::numeric_limits<float>::quiet_NaN();  // NaN: not known
   std::optional<std::int64_t> clock_offset_ns;
-  std::uint64_t clock_uncertainty_ns = 0;
+  std::uint64_t clock_uncertainty_ns = 0;  // bound of the wall clock's error; 0: not known
+  ClockState clock_state = ClockState::kUnknown;
+  std::uint32_t throttled = 0;  // Throttled bits
+  std::uint32_t restarts = 0;   // starts in a row that followed an abnormal end
+  FixedText<95> last_end;       // of the run before this one; empty: it ended as it should
+  std::uint64_t minor_faults = 0, major_faults = 0;  // page faults in the frame loop after its first frames
+  RecordState recording = RecordState::kNone;
+  std::uint64_t recorded = 0, record_dropped = 0;  // frames on the node's disk, and that it was too slow for
+  std::uint64_t disconnects = 0;                   // of the camera
   FixedText<15> software;
   FixedList<SequenceRange, 16> lost_ranges;  // ascending, apart
 };

@@ -113,6 +113,16 @@ void fill(const NodeStatus& from, srd_wire_NodeStatus& to) {
   to.clock_offset_ns = from.clock_offset_ns.value_or(0);
   to.clock_uncertainty_ns = from.clock_uncertainty_ns;
   copy_text(from.software.view(), to.software);
+  to.clock_state = static_cast<std::uint32_t>(from.clock_state);
+  to.throttled = from.throttled;
+  to.restarts = from.restarts;
+  copy_text(from.last_end.view(), to.last_end);
+  to.minor_faults = from.minor_faults;
+  to.major_faults = from.major_faults;
+  to.recording = static_cast<std::uint32_t>(from.recording);
+  to.recorded = from.recorded;
+  to.record_dropped = from.record_dropped;
+  to.disconnects = from.disconnects;
   for (const SequenceRange& range : from.lost_ranges) to.lost_ranges[to.lost_ranges_count++] = {range.begin, range.end};
 }
 

@@ -16,7 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kHeader = "file,sequence,time_ns,exposure_us,strobe";
 constexpr int kPngLevel = 3;  // recording at camera rate: half the time of level 6 for a few percent of size
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
@@ -42,14 +41,18 @@ std::optional<RecordedFrame> parse_row(std::string_view line) {
 
 Outcome<void> read_listing(const fs::path& file, Recording& recording) {
   const Outcome<std::string> text =
-      read_text_file(file, "a listing: " + std::string(kHeader), std::size_t{1} << 30);
+      read_text_file(file, "a listing: " + std::string(kFramesHeader), std::size_t{1} << 30);
   if (!text) return text.error();
   const std::vector<TextLine> lines = split_lines(*text);
-  if (lines.empty() || trimmed(lines[0].text) != kHeader)
+  if (lines.size() == 1 && !lines[0].ended && kFramesHeader.starts_with(lines[0].text)) {
+    recording.listed = recording.cut = true;
+    return {};
+  }
+  if (lines.empty() || trimmed(lines[0].text) != kFramesHeader)
     return Problem{Exit::kInput,
                    "has another header",
                    file.string() + ":1",
-                   std::string(kHeader),
+                   std::string(kFramesHeader),
                    lines.empty() ? "an empty file" : "'" + std::string(lines[0].text.substr(0, 80)) + "'",
                    "write that header, or delete the file and give a rate"};
   for (std::size_t i = 1; i < lines.size(); ++i) {
@@ -66,7 +69,7 @@ Outcome<void> read_listing(const fs::path& file, Recording& recording) {
           Exit::kInput,
           "is not a frame",
           where,
-          std::string(kHeader) + "; file inside the folder, whole numbers, strobe 0, 1 (lit) or 2 (dark)",
+          std::string(kFramesHeader) + "; file inside the folder, whole numbers, strobe 0, 1 (lit) or 2 (dark)",
           "'" + std::string(line.text.substr(0, 120)) + "'",
           ""};
     }
@@ -186,7 +189,7 @@ Outcome<RecordingWriter> RecordingWriter::create(const fs::path& folder, ImageFo
   writer.folder_ = folder;
   writer.format_ = format;
   writer.listing_.reset(std::fopen(listing.c_str(), "wb"));
-  if (!writer.listing_ || std::fprintf(writer.listing_.get(), "%s\n", kHeader.data()) < 0 ||
+  if (!writer.listing_ || std::fprintf(writer.listing_.get(), "%s\n", kFramesHeader.data()) < 0 ||
       std::fflush(writer.listing_.get()) != 0)
     return Problem{Exit::kInput,         "cannot be written",
                    listing.string(),     "a writable folder with room",

@@ -25,6 +25,8 @@ inline constexpr std::string_view kPointsName = "points.txt";
 inline constexpr std::string_view kTruthName = "truth.csv";
 inline constexpr std::string_view kReferenceName = "reference.png";
 
+inline constexpr std::string_view kFramesHeader = "file,sequence,time_ns,exposure_us,strobe";
+
 // A row of frames.csv.
 struct RecordedFrame {
   std::string file{};                            // in the folder, or in one below it

@@ -186,6 +186,7 @@ class CornerProblem {
       if (!residual(a, group, &basis_, term, ray ? &e_q : nullptr)) return false;
       if (ray && !invert(e_q, q_e)) return false;
       const Vec2<T> pixels = ray ? Vec2<T>(q_e * term.e) : term.e;
+      group.pixel_error = pixels;
       T weight = 0;
       for (int lane = 0; lane < T::kSize; ++lane) {
         if (!(group.weight[lane] > 0)) continue;

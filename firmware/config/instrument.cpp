@@ -172,6 +172,7 @@ Outcome<Instrument> make_instrument(const NodeConfig& config, FrameDeadline::Clo
     return Problem{Exit::kUsage, "the surface cannot be fitted with these settings", config_where(config),
                    "bounds and scales that fit the modes", to_string(tracker.error()), ""};
   instrument.tracker = std::make_unique<dsp::SurfaceTracker<float>>(std::move(tracker).value());
+  instrument.rig = {*rig.calibration, *rig.pose, *rig.points};
   instrument.refractive_index = index;
   instrument.width = setup.width;
   instrument.height = setup.height;

@@ -6,6 +6,7 @@
 #include "drivers/camera/simulator/scene.hpp"
 #include "firmware/config/node_config.hpp"
 #include "firmware/loop/frame_deadline.hpp"
+#include "firmware/record/recorded_rig.hpp"
 
 namespace srd::firmware {
 
@@ -16,6 +17,7 @@ struct Instrument {
   double refractive_index = 1;
   int width = 0, height = 0;  // px, of the calibration
   std::optional<Scene> scene;  // what the simulator renders; none for other cameras
+  RecordedRig rig;             // where the camera is and what it looks at, as read
   // Lines for a person: what was read from where.
   std::string summary;
 };

@@ -17,7 +17,7 @@ void set(T& to, const std::optional<U>& from) {
   if (from) to = static_cast<T>(*from);
 }
 
-void read_node(TomlTable node, NodeConfig& config) {
+void read_node(TomlTable node, const std::filesystem::path& folder, NodeConfig& config) {
   if (auto id = node.text("id")) {
     if (!proto::NodeId::make(*id))
       node.complain("id", "1 to 31 letters, digits, '-', '_' and '.'", "\"" + *id + "\"");
@@ -26,6 +26,7 @@ void read_node(TomlTable node, NodeConfig& config) {
   }
   set(config.host, node.text("host"));
   set(config.ring_frames, node.integer("ring_frames", {16, 1e6, "frames"}));
+  if (auto state = node.text("state")) config.state = folder / *state;
 }
 
 void read_camera(TomlTable camera, const std::filesystem::path& folder, NodeConfig& config) {
@@ -225,7 +226,7 @@ Outcome<NodeConfig> NodeConfig::read(const TomlFile& toml, const std::filesystem
   NodeConfig config;
   config.file = file;
   TomlTable root = toml.root();
-  read_node(root.table("node"), config);
+  read_node(root.table("node"), file.parent_path(), config);
   read_camera(root.table("camera"), file.parent_path(), config);
   read_geometry(root.table("geometry"), config);
   read_pattern(root.table("pattern"), config);
@@ -234,6 +235,8 @@ Outcome<NodeConfig> NodeConfig::read(const TomlFile& toml, const std::filesystem
   read_detector(root.table("detector"), config);
   read_tracker(root.table("tracker"), config);
   read_estimator(root.table("estimator"), config);
+  config.realtime = read_realtime(root);
+  config.record = read_record(root.table("record"), file.parent_path());
   if (auto done = toml.finish(); !done) return done.error();
   return config;
 }

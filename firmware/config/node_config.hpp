@@ -10,6 +10,8 @@
 #include "drivers/camera/camera.hpp"
 #include "drivers/support/problem.hpp"
 #include "dsp/pipeline/surface_tracker.hpp"
+#include "firmware/config/realtime_section.hpp"
+#include "firmware/config/record_section.hpp"
 
 namespace srd {
 class TomlFile;
@@ -36,6 +38,7 @@ struct NodeConfig {
   std::string node_id = "node-1";  // at most 31 characters
   std::string host;                // ADDR:PORT; empty: nothing is sent
   std::size_t ring_frames = 10000;
+  std::filesystem::path state;     // folder for how the last run ended; empty: what the service manager gives
 
   std::optional<CameraSource> camera;
   Pace pace = Pace::kCamera;
@@ -59,6 +62,8 @@ struct NodeConfig {
   std::optional<std::int64_t> deadline_us;  // of a frame's processing; empty: none
   dsp::SurfaceTrackerOptions tracker;
   Region region;
+  RealtimeSection realtime;
+  RecordSection record;
 
   // All problems of the file in one Problem.
   [[nodiscard]] static Outcome<NodeConfig> load(const std::filesystem::path& file);

@@ -90,6 +90,7 @@ void FrameLoop::capture() {
   bool connected = true;
   std::uint64_t taken = 0;
   while (!stopping_.load(std::memory_order_relaxed) && (options_.frames == 0 || taken < options_.frames)) {
+    count(counters_.calls);
     switch (camera_.next(frame, kCaptureTimeout)) {
       case Capture::kFrame:
         connected = true;
@@ -107,6 +108,7 @@ void FrameLoop::capture() {
         break;
       case Capture::kEnd: stopping_.store(true, std::memory_order_relaxed); break;
     }
+    counters_.away.store(!connected, std::memory_order_relaxed);
   }
   captured_all_.store(true, std::memory_order_release);
   handed_over_.fetch_add(1, std::memory_order_release);
@@ -125,6 +127,7 @@ void FrameLoop::hand_over(const CameraFrame& frame, bool usable) {
   ring_.push();
   handed_over_.fetch_add(1, std::memory_order_release);
   handed_over_.notify_one();
+  capture_faults_.frame();
 }
 
 void FrameLoop::process() {
@@ -138,6 +141,7 @@ void FrameLoop::process() {
     }
     const Captured taken = *captured;
     ring_.pop();
+    if (taken.usable && options_.see) options_.see(taken.frame);
     if (camera_.live() && taken.usable && ring_.front() != nullptr) {
       // A newer frame waits: the older one is late already.
       camera_.give_back(taken.frame);
@@ -147,6 +151,7 @@ void FrameLoop::process() {
     }
     make_record(taken);
     deliver();
+    process_faults_.frame();
   }
 }
 

@@ -10,6 +10,7 @@
 #include "dsp/core/spsc_ring.hpp"
 #include "dsp/pipeline/surface_tracker.hpp"
 #include "firmware/loop/frame_deadline.hpp"
+#include "firmware/realtime/page_faults.hpp"
 #include "proto/messages.hpp"
 
 namespace srd::firmware {
@@ -27,16 +28,22 @@ struct FrameCounters {
   std::atomic<std::uint64_t> singular{0};           // records whose corners do not determine the coefficients
   std::atomic<std::uint64_t> bad{0};                // frames without a usable image
   std::atomic<std::uint64_t> disconnects{0};
+  std::atomic<std::uint64_t> calls{0};              // of the camera, answered or not
+  std::atomic<bool> away{false};                    // the camera is disconnected
   std::atomic<std::uint8_t> state{0};               // proto::NodeState
 };
 
 // Where records go. Called from the processing thread; false: no room now (a source that waits tries again).
 using TakeRecord = std::function<bool(const proto::CoefficientFrame&)>;
 
+// Sees every usable frame before it is processed or dropped as late. Called from the processing thread; may not keep it.
+using SeeFrame = std::function<void(const CameraFrame&)>;
+
 struct FrameLoopOptions {
   std::uint64_t frames = 0;  // end after so many records; 0: at the camera's end
   double refractive_index = 1;
   FrameDeadline* deadline = nullptr;  // that the tracker asks; started with every frame
+  SeeFrame see{};                     // none: nobody looks
 };
 
 class FrameLoop {
@@ -54,6 +61,8 @@ class FrameLoop {
   [[nodiscard]] const FrameCounters& counters() const { return counters_; }
   // Of the last singular frame; after process() has returned.
   [[nodiscard]] const dsp::RankReport& last_singular() const { return last_singular_; }
+  [[nodiscard]] const PageFaults& capture_faults() const { return capture_faults_; }
+  [[nodiscard]] const PageFaults& process_faults() const { return process_faults_; }
   [[nodiscard]] bool capturing() const { return !captured_all_.load(std::memory_order_acquire); }
 
  private:
@@ -71,6 +80,7 @@ class FrameLoop {
   TakeRecord take_;
   SpscRing<Captured> ring_;
   FrameCounters counters_;
+  PageFaults capture_faults_, process_faults_;
   std::atomic<bool> stopping_{false};
   std::atomic<bool> captured_all_{false};
   // Waking the processing thread: a count that it waits on (futex), no lock.

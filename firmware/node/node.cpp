@@ -2,11 +2,19 @@
 
 #include <algorithm>
 #include <chrono>
+#include <latch>
+#include <optional>
 #include <random>
 #include <sstream>
 #include <thread>
 
 #include "drivers/support/rank_text.hpp"
+#include "firmware/realtime/realtime.hpp"
+#include "firmware/node/status_maker.hpp"
+#include "firmware/record/frame_recorder.hpp"
+#include "firmware/service/notifier.hpp"
+#include "firmware/service/stop_signals.hpp"
+#include "firmware/service/watchdog.hpp"
 
 namespace srd::firmware {
 
@@ -24,102 +32,190 @@ std::uint64_t random_boot() {
 
 std::uint64_t value(const std::atomic<std::uint64_t>& counter) { return counter.load(std::memory_order_relaxed); }
 
-// Rates are those of the last second.
-class StatusMaker {
+Outcome<void> start_camera(const NodeConfig& config, Instrument& instrument) {
+  Camera& camera = *instrument.camera;
+  if (auto started = camera.start(); !started) return started.error();
+  if (camera.width() == instrument.width && camera.height() == instrument.height) return {};
+  const auto size = [](int w, int h) { return std::to_string(w) + " x " + std::to_string(h); };
+  return Problem{Exit::kInput, "the camera's images have another size than its calibration",
+                 config.camera->kind + ":" + config.camera->argument, size(instrument.width, instrument.height),
+                 size(camera.width(), camera.height()), "use the calibration of this camera and mode"};
+}
+
+// None without a host.
+Outcome<std::unique_ptr<Transmitter>> start_transmitter(const NodeConfig& config, const Camera& camera) {
+  if (config.host.empty()) return std::unique_ptr<Transmitter>();
+  auto address = Address::parse(config.host, config.file.string());
+  if (!address) return address.error();
+  TransmitterOptions options;
+  options.host = *address;
+  options.sender.from = proto::BootId{*proto::NodeId::make(config.node_id), random_boot()};
+  options.sender.ring_frames = config.ring_frames;
+  options.sender.ring_bytes = config.ring_frames * 600;  // a frame of 12 parameters takes 450 bytes
+  options.sender.overwrite = camera.live();
+  return Transmitter::start(options);
+}
+
+// None without a folder.
+Outcome<std::unique_ptr<FrameRecorder>> start_recorder(const NodeConfig& config, const Instrument& instrument) {
+  if (config.record.folder.empty()) return std::unique_ptr<FrameRecorder>();
+  std::error_code error;
+  if (config.camera->kind == "recording" &&
+      std::filesystem::equivalent(config.camera->argument, config.record.folder, error))
+    return Problem{Exit::kUsage, "a recording cannot be recorded over itself", config.record.folder.string(),
+                   "another folder", "", ""};
+  return FrameRecorder::start(config.record, instrument.rig, instrument.camera->width(), instrument.camera->height());
+}
+
+// A started camera, its frame loop in two threads, and this thread that watches them.
+class NodeRun {
  public:
-  proto::NodeStatus make(const FrameCounters& counters, double seconds, bool stopping) {
-    proto::NodeStatus status;
-    status.state = stopping ? proto::NodeState::kStopping
-                            : static_cast<proto::NodeState>(counters.state.load(std::memory_order_relaxed));
-    const std::uint64_t captured = value(counters.captured), records = value(counters.records);
-    status.capture_hz = static_cast<float>(static_cast<double>(captured - captured_) / seconds);
-    status.record_hz = static_cast<float>(static_cast<double>(records - records_) / seconds);
-    captured_ = captured;
-    records_ = records;
-    status.dropped_by_source = value(counters.dropped_by_source);
-    status.dropped_late = value(counters.dropped_late);
-    status.dropped_bad = value(counters.bad);
-    return status;
+  NodeRun(Instrument& instrument, const RunOptions& options,
+          std::unique_ptr<Transmitter> transmitter, std::unique_ptr<FrameRecorder> recorder, Realtime& realtime, const std::atomic<bool>& stop)
+      : camera_(*instrument.camera),
+        tracker_(*instrument.tracker),
+        options_(options),
+        transmitter_(std::move(transmitter)),
+        recorder_(std::move(recorder)),
+        realtime_(realtime),
+        stop_(stop),
+        loop_(camera_, tracker_, {options.frames, instrument.refractive_index, instrument.deadline.get(), see()},
+              [this](const proto::CoefficientFrame& record) { return deliver(record); }) {}
+
+  void measure() {
+    begin_ = next_status_ = Clock::now();
+    auto blocked = std::make_optional<StopSignalsBlocked>();
+    std::thread capture([this] {
+      realtime_.enter(ThreadRole::kCapture);
+      entered_.count_down();
+      loop_.capture();
+      running_.fetch_sub(1, std::memory_order_release);
+    });
+    std::thread process([this] {
+      realtime_.enter(ThreadRole::kProcess);
+      entered_.count_down();
+      loop_.process();
+      running_.fetch_sub(1, std::memory_order_release);
+    });
+    blocked.reset();
+    entered_.wait();
+    realtime_.lock();
+    service_.ready();
+    if (const std::string notes = realtime_.notes(); !notes.empty()) options_.say(notes);
+    while (running_.load(std::memory_order_acquire) > 0) {
+      watch();
+      std::this_thread::sleep_for(kWatchInterval);
+    }
+    capture.join();
+    process.join();
+    service_.stopping();
+    camera_.stop();
+    if (recorder_) recorder_->finish();
+    watch_recorder();
+  }
+
+  RunReport report() {
+    RunReport report;
+    const FrameCounters& counters = loop_.counters();
+    report.captured = value(counters.captured);
+    report.records = value(counters.records);
+    report.surfaces = value(counters.surfaces);
+    report.acquired = value(counters.acquired);
+    report.lost_tracks = value(counters.lost_tracks);
+    report.dropped_by_source = value(counters.dropped_by_source);
+    report.dropped_late = value(counters.dropped_late);
+    report.bad = value(counters.bad);
+    report.hurried = value(counters.hurried);
+    report.singular = value(counters.singular);
+    report.singular_why = rank_text(loop_.last_singular(), tracker_.model().modes);
+    report.disconnects = value(counters.disconnects);
+    report.minor_faults = loop_.capture_faults().minor() + loop_.process_faults().minor();
+    report.major_faults = loop_.capture_faults().major() + loop_.process_faults().major();
+    report.seconds = std::chrono::duration<double>(Clock::now() - begin_).count();
+    if (recorder_) {
+      report.recording = true;
+      report.recorded_to = recorder_->folder().string();
+      report.recorded = recorder_->recorded();
+      report.record_dropped = recorder_->dropped();
+      report.record_problem = recorder_->problem();
+    }
+    if (transmitter_) {
+      report.sent = true;
+      transmitter_->set_status(
+          StatusMaker(options_.version, options_.restart).make(loop_, recorder_.get(), std::max(report.seconds, 1e-3), true));
+      report.transmitter = transmitter_->finish();
+    }
+    return report;
   }
 
  private:
-  std::uint64_t captured_ = 0, records_ = 0;
+  using Clock = std::chrono::steady_clock;
+
+  SeeFrame see() {
+    if (!recorder_) return {};
+    return [this, wait = !camera_.live()](const CameraFrame& frame) { recorder_->take(frame, wait); };
+  }
+
+  // Said when it happens: nobody should learn it at the end.
+  void watch_recorder() {
+    if (!recorder_ || !recorder_->stopped() || said_stopped_) return;
+    said_stopped_ = true;
+    options_.say("note      recording to " + recorder_->folder().string() + " has stopped: " + recorder_->problem() +
+                 "; the measurement goes on\n");
+  }
+
+  bool deliver(const proto::CoefficientFrame& record) {
+    if (!transmitter_) return true;
+    return camera_.live() ? transmitter_->push(record) : transmitter_->push_waiting(record, stop_);
+  }
+
+  void watch() {
+    if (stop_.load(std::memory_order_relaxed)) loop_.stop();
+    const Clock::time_point now = Clock::now();
+    const FrameCounters& counters = loop_.counters();
+    const FrameWatchdog::Progress progress{value(counters.records) + value(counters.dropped_late), value(counters.calls),
+                                           counters.away.load(std::memory_order_relaxed), camera_.live()};
+    if (watchdog_.due(now.time_since_epoch() / std::chrono::nanoseconds(1), progress)) service_.alive();
+    if (now < next_status_) return;
+    next_status_ += kStatusInterval;
+    watch_recorder();
+    const proto::NodeStatus status = status_.make(loop_, recorder_.get(), 1, false);
+    service_.status(status_text(status, progress.away));
+    if (transmitter_) transmitter_->set_status(status);
+  }
+
+  Camera& camera_;
+  dsp::SurfaceTracker<float>& tracker_;
+  const RunOptions& options_;
+  std::unique_ptr<Transmitter> transmitter_;
+  std::unique_ptr<FrameRecorder> recorder_;
+  bool said_stopped_ = false;
+  Realtime& realtime_;
+  const std::atomic<bool>& stop_;
+  FrameLoop loop_;
+  ServiceNotifier service_;
+  FrameWatchdog watchdog_{service_.watchdog_ns()};
+  std::latch entered_{2};
+  std::atomic<int> running_{2};
+  StatusMaker status_{options_.version, options_.restart};
+  Clock::time_point begin_, next_status_;
 };
 
 }  // namespace
 
-Outcome<RunReport> run_node(const NodeConfig& config, Instrument& instrument, std::uint64_t frames,
+Outcome<RunReport> run_node(const NodeConfig& config, Instrument& instrument, const RunOptions& options,
                             const std::atomic<bool>& stop) {
-  using Clock = std::chrono::steady_clock;
-  Camera& camera = *instrument.camera;
-  if (auto started = camera.start(); !started) return started.error();
-  if (camera.width() != instrument.width || camera.height() != instrument.height) {
-    const auto size = [](int w, int h) { return std::to_string(w) + " x " + std::to_string(h); };
-    return Problem{Exit::kInput, "the camera's images have another size than its calibration",
-                   config.camera->kind + ":" + config.camera->argument, size(instrument.width, instrument.height),
-                   size(camera.width(), camera.height()), "use the calibration of this camera and mode"};
-  }
-
-  std::unique_ptr<Transmitter> transmitter;
-  if (!config.host.empty()) {
-    auto address = Address::parse(config.host, config.file.string());
-    if (!address) return address.error();
-    TransmitterOptions options;
-    options.host = *address;
-    options.sender.from = proto::BootId{*proto::NodeId::make(config.node_id), random_boot()};
-    options.sender.ring_frames = config.ring_frames;
-    options.sender.ring_bytes = config.ring_frames * 600;  // a frame of 12 parameters takes 450 bytes
-    options.sender.overwrite = camera.live();
-    auto made = Transmitter::start(options);
-    if (!made) return made.error();
-    transmitter = std::move(made).value();
-  }
-
-  const std::atomic<bool>& cancelled = stop;
-  FrameLoop loop(camera, *instrument.tracker, {frames, instrument.refractive_index, instrument.deadline.get()},
-                 [&](const proto::CoefficientFrame& record) {
-                   if (!transmitter) return true;
-                   return camera.live() ? transmitter->push(record) : transmitter->push_waiting(record, cancelled);
-                 });
-  const auto begin = Clock::now();
-  std::thread capture([&] { loop.capture(); });
-  std::thread process([&] { loop.process(); });
-  std::thread watch([&, next = begin + kStatusInterval, status = StatusMaker{}]() mutable {
-    while (loop.capturing()) {
-      std::this_thread::sleep_for(kWatchInterval);
-      if (stop.load(std::memory_order_relaxed)) loop.stop();
-      if (transmitter && Clock::now() >= next) {
-        transmitter->set_status(status.make(loop.counters(), 1, false));
-        next += kStatusInterval;
-      }
-    }
-  });
-  capture.join();
-  process.join();
-  watch.join();
-  camera.stop();
-
-  RunReport report;
-  const FrameCounters& counters = loop.counters();
-  report.captured = value(counters.captured);
-  report.records = value(counters.records);
-  report.surfaces = value(counters.surfaces);
-  report.acquired = value(counters.acquired);
-  report.lost_tracks = value(counters.lost_tracks);
-  report.dropped_by_source = value(counters.dropped_by_source);
-  report.dropped_late = value(counters.dropped_late);
-  report.bad = value(counters.bad);
-  report.hurried = value(counters.hurried);
-  report.singular = value(counters.singular);
-  report.singular_why = rank_text(loop.last_singular(), instrument.tracker->model().modes);
-  report.disconnects = value(counters.disconnects);
-  report.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
-  if (transmitter) {
-    report.sent = true;
-    transmitter->set_status(StatusMaker{}.make(counters, std::max(report.seconds, 1e-3), true));
-    report.transmitter = transmitter->finish();
-  }
-  return report;
+  Realtime realtime(config.realtime, instrument.camera->live());
+  realtime.prepare();
+  if (auto started = start_camera(config, instrument); !started) return started.error();
+  auto transmitter = start_transmitter(config, *instrument.camera);
+  if (!transmitter) return transmitter.error();
+  auto recorder = start_recorder(config, instrument);
+  if (!recorder) return recorder.error();
+  if (*recorder) options.say("recording " + (*recorder)->folder().string() + "\n");
+  NodeRun run(instrument, options, std::move(*transmitter), std::move(*recorder), realtime, stop);
+  run.measure();
+  return run.report();
 }
 
 std::string RunReport::text() const {
@@ -129,8 +225,14 @@ std::string RunReport::text() const {
       << seconds << " s\n"
       << "tracking  found " << acquired << " times, lost " << lost_tracks << " times\n"
       << "dropped   " << dropped_by_source << " by the source, " << dropped_late << " late, " << bad << " unusable\n";
+  if (minor_faults + major_faults > 0)
+    out << "memory    " << minor_faults << " page faults without the disk, " << major_faults
+        << " with it, in the frame loop after its first frames\n";
   if (hurried > 0) out << "deadline  ended the fit of " << hurried << " frames\n";
   if (singular > 0) out << "singular  " << singular << " frames: " << singular_why << "\n";
+  if (recording)
+    out << "recorded  " << recorded << " frames to " << recorded_to << ", " << record_dropped << " dropped"
+        << (record_problem.empty() ? "" : "; stopped: " + record_problem) << "\n";
   if (sent)
     out << "sent      " << transmitter.counts.datagrams << " datagrams, " << transmitter.counts.resent << " again, "
         << transmitter.counts.lost << " frames lost, " << transmitter.unacknowledged << " not acknowledged\n";

@@ -3,10 +3,12 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <string>
 
 #include "firmware/config/instrument.hpp"
 #include "firmware/loop/frame_loop.hpp"
+#include "firmware/node/status_maker.hpp"
 #include "firmware/transmit/transmitter.hpp"
 
 namespace srd::firmware {
@@ -17,6 +19,11 @@ struct RunReport {
   std::uint64_t hurried = 0;    // frames whose fit the deadline ended
   std::uint64_t singular = 0;   // frames whose corners do not determine the coefficients
   std::string singular_why;     // of the last one
+  // Of the capturing and the processing thread, after their first frames.
+  std::uint64_t minor_faults = 0, major_faults = 0;
+  bool recording = false;       // frames were kept on disk
+  std::string recorded_to, record_problem;  // the folder; why it ended before the run did, empty: it did not
+  std::uint64_t recorded = 0, record_dropped = 0;
   bool sent = false;  // whether there was a host to send to
   TransmitterReport transmitter;
   double seconds = 0;
@@ -24,10 +31,18 @@ struct RunReport {
   [[nodiscard]] std::string text() const;
 };
 
+struct RunOptions {
+  std::uint64_t frames = 0;  // end after so many records; 0: at the camera's end
+  std::string version;       // of the program, for the status
+  Restart restart;
+  // Lines for a person while the node runs; from the calling thread.
+  std::function<void(const std::string& lines)> say = [](const std::string&) {};
+};
+
 // Returns after options.frames records, at the camera's end, or soon after stop becomes true (set it from a signal
 // handler). Problem: kDevice or kInput when the camera does not start, kNetwork when there is no socket to send through,
 // and when records could not be delivered before the end.
-[[nodiscard]] Outcome<RunReport> run_node(const NodeConfig& config, Instrument& instrument, std::uint64_t frames,
+[[nodiscard]] Outcome<RunReport> run_node(const NodeConfig& config, Instrument& instrument, const RunOptions& options,
                                           const std::atomic<bool>& stop);
 
 }  // namespace srd::firmware

@@ -1,10 +1,11 @@
 #include "firmware/transmit/transmitter.hpp"
 
-#include <signal.h>
 #include <time.h>
 
 #include <array>
 #include <chrono>
+
+#include "firmware/service/stop_signals.hpp"
 
 namespace srd::firmware {
 namespace {
@@ -34,12 +35,8 @@ Outcome<std::unique_ptr<Transmitter>> Transmitter::start(const TransmitterOption
     const auto any = Address::parse(options.host.family() == AF_INET6 ? "[::]:0" : "0.0.0.0:0", "");
     if (!any.ok() || !UdpSocket::bind(*any).ok()) return socket.error();
   }
-  // Signals are for the main thread.
-  sigset_t all, before;
-  ::sigfillset(&all);
-  ::pthread_sigmask(SIG_BLOCK, &all, &before);
+  const StopSignalsBlocked blocked;
   made->thread_ = std::thread([transmitter = made.get()] { transmitter->run(); });
-  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
   return made;
 }
 

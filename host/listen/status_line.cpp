@@ -4,7 +4,10 @@
 #include <cinttypes>
 #include <cmath>
 #include <cstdio>
+#include <limits>
+#include <map>
 #include <set>
+#include <utility>
 
 namespace srd::host {
 namespace {
@@ -22,7 +25,52 @@ const char* ending_of(const Source& source) {
   return "";
 }
 
+std::string joined(const std::vector<std::string>& parts) {
+  std::string text;
+  for (const std::string& part : parts) text += (text.empty() ? "" : ", ") + part;
+  return text;
+}
+
+// The boots that nodes are in now: of each node the last one that was heard of, unless it has ended.
+std::vector<std::pair<proto::NodeId, const Source*>> present(const Receiver& receiver) {
+  std::map<proto::NodeId, const Source*> latest;
+  for (const auto& [id, source] : receiver.sources()) {
+    const Source*& known = latest[id.node];
+    if (known == nullptr || source.order > known->order) known = &source;
+  }
+  std::vector<std::pair<proto::NodeId, const Source*>> out;
+  for (const auto& [node, source] : latest)
+    if (source->has_status && !source->ended) out.emplace_back(node, source);
+  return out;
+}
+
 }  // namespace
+
+std::vector<std::string> concerns(const proto::NodeStatus& status) {
+  std::vector<std::string> out;
+  if ((status.throttled & proto::Throttled::kNow) != 0)
+    out.emplace_back(proto::throttled_text(status.throttled));
+  else if (status.throttled != 0)
+    out.push_back(std::string("was once ") + proto::throttled_text(status.throttled >> proto::Throttled::kEverShift));
+  if (status.clock_state == proto::ClockState::kUnsynchronised) out.emplace_back("clock not synchronised");
+  if (status.recording == proto::RecordState::kStopped) out.emplace_back("recording stopped");
+  if (status.disconnects > 0) out.push_back("camera was away " + std::to_string(status.disconnects) + " times");
+  if (status.restarts > 0)
+    out.push_back("restart " + std::to_string(status.restarts) + " after: " + std::string(status.last_end.view()));
+  return out;
+}
+
+// Lines of the summary; none when all is well.
+static std::string health_text(const proto::NodeStatus& status) {
+  std::string out;
+  if (const auto words = concerns(status); !words.empty()) out += "  " + joined(words) + "\n";
+  if (status.minor_faults + status.major_faults > 0)
+    out += format("  page faults in the frame loop: %" PRIu64 ", %" PRIu64 " of them with the disk\n",
+                  status.minor_faults + status.major_faults, status.major_faults);
+  if (status.recording != proto::RecordState::kNone)
+    out += format("  recorded on the node: %" PRIu64 " frames, %" PRIu64 " dropped\n", status.recorded, status.record_dropped);
+  return out;
+}
 
 std::string range_text(const std::vector<proto::SequenceRange>& ranges, std::size_t most) {
   std::string text;
@@ -50,6 +98,17 @@ std::string status_line(const Session& session, double rate_hz) {
                             nodes.size(), nodes.size() == 1 ? "node" : "nodes", session.rows(), rate_hz, missing, lost,
                             resent, duplicates);
   if (std::isfinite(session.last_height_mm())) line += format("  height %.2f mm", session.last_height_mm());
+  constexpr std::size_t kMostNodes = 2;
+  float hottest = -std::numeric_limits<float>::infinity();
+  std::vector<std::string> worried;
+  for (const auto& [node, source] : present(session.receiver())) {
+    if (std::isfinite(source->status.temperature_c)) hottest = std::max(hottest, source->status.temperature_c);
+    if (const auto words = concerns(source->status); !words.empty())
+      worried.push_back(std::string(node.view()) + ": " + joined(words));
+  }
+  if (std::isfinite(hottest)) line += format("  %.0f C", static_cast<double>(hottest));
+  for (std::size_t i = 0; i < std::min(worried.size(), kMostNodes); ++i) line += "  " + worried[i];
+  if (worried.size() > kMostNodes) line += format("  and %zu nodes more", worried.size() - kMostNodes);
   return line;
 }
 
@@ -65,6 +124,7 @@ std::string summary_table(const Session& session) {
                   counts.duplicates, ending_of(source));
     if (counts.lost > 0)
       out += "  frames that are in no record: " + range_text(source.stream.lost_ranges(), 20) + "\n";
+    if (source.has_status) out += health_text(source.status);
     if (source.stream.waiting() > 0)
       out += format("  %zu frames came after a gap and are not in the record; the node still has them: --append\n",
                     source.stream.waiting());

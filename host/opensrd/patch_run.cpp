@@ -226,12 +226,7 @@ Outcome<Preparation> prepare_patch(const Settings& settings, const Overrides& ov
               : "surface form: modes");
   made.head.push_back("region: " + pixels_text(pattern.region) + "; model origin X " + number_text(plan.model.x0) + " Y " +
                       number_text(plan.model.y0) + " mm");
-  const double rate_hz = overrides.rate_hz.value_or(1);
-  plan.times_known = overrides.rate_hz.has_value();
-  for (std::size_t i = 0; i < plan.cameras.front().frames.size(); ++i) {
-    plan.sequences.push_back(i);
-    plan.times_ns.push_back(std::llround(static_cast<double>(i) * 1e9 / rate_hz));
-  }
+  number_frames(plan, overrides.rate_hz);
   return made;
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdio>
 
 #include "drivers/recording/image_file.hpp"
@@ -127,12 +126,7 @@ Outcome<Preparation> prepare(const Settings& settings, const Overrides& override
   if (!settings.features_from_images && !overrides.features && first.filename() == frame_file_name(0))
     made.warnings.push_back(first.parent_path().string() + ": Frame_0.txt is taken as the first frame (guide 3.2: names are "
                             "chronological); files that a run on images wrote start at the last: give them with --features");
-  const double rate_hz = overrides.rate_hz.value_or(1);
-  plan.times_known = overrides.rate_hz.has_value();
-  for (std::size_t i = 0; i < plan.cameras.front().frames.size(); ++i) {
-    plan.sequences.push_back(i);
-    plan.times_ns.push_back(std::llround(static_cast<double>(i) * 1e9 / rate_hz));
-  }
+  number_frames(plan, overrides.rate_hz);
   return made;
 }
 

@@ -1,5 +1,7 @@
 #include "host/reconstruct/run.hpp"
 
+#include <cmath>
+
 #include "host/reconstruct/found_index.hpp"
 #include "host/reconstruct/run_kinds.hpp"
 
@@ -13,6 +15,14 @@ Outcome<RunResult> run(const RunPlan& plan, const Progress& progress) {
   const std::vector<std::string> warnings = rank_warnings(plan, *result);
   result->warnings.insert(result->warnings.end(), warnings.begin(), warnings.end());
   return result;
+}
+
+void number_frames(RunPlan& plan, std::optional<double> rate_hz) {
+  plan.times_known = rate_hz.has_value();
+  for (std::size_t i = 0; i < plan.cameras.front().frames.size(); ++i) {
+    plan.sequences.push_back(i);
+    plan.times_ns.push_back(std::llround(static_cast<double>(i) * 1e9 / rate_hz.value_or(1)));
+  }
 }
 
 std::vector<int> merge_points(Points& all, const Points& own) {

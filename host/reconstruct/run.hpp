@@ -67,6 +67,9 @@ using Progress = std::function<void(std::size_t done, std::size_t total)>;
 // image that cannot be used, and a frame without a surface, are records with their status, not errors.
 [[nodiscard]] Outcome<RunResult> run(const RunPlan& plan, const Progress& progress);
 
+// Sequences and times of frames that carry none: at this rate, without one they only count.
+void number_frames(RunPlan& plan, std::optional<double> rate_hz);
+
 // One camera's points appended to all, those already there shared (to 1e-6 mm): own list -> all.
 [[nodiscard]] std::vector<int> merge_points(Points& all, const Points& own);
 

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
@@ -167,6 +168,34 @@ TEST(EstimatorLoss, GrossCornersCostLittleWithTukeyAndMuchWithout) {
   }
   EXPECT_GT(errors[0], 10 * errors[2]);
   EXPECT_GT(errors[0], 3 * errors[1]);
+}
+
+TEST(EstimatorLoss, ErrorSizesAreOfTheFinalSurfaceWhateverTheMetric) {
+  std::vector<double> pixels;
+  for (const Metric metric : {Metric::kReprojection, Metric::kDisparity}) {
+    EstimatorOptions options;
+    options.metric = metric;
+    options.loss = Loss::kTukey;
+    Fit<double> fit(fakes::flume_scene(8, 1), options);
+    auto estimator = fit.estimator();
+    const Coefficients<double> start = fit.scene.truth;
+    // The first fit leaves sizes behind that the second has to replace.
+    for (const std::uint64_t seed : {4u, 3u}) {
+      NoisyCorners<double> corners(fit, seed);
+      corners.draw(0.1);
+      const auto all = fit.cameras();
+      const auto found = estimator.estimate(all, std::span(&start, 1));
+      ASSERT_FALSE(failed(found.stop)) << to_string(found.stop);
+    }
+    std::vector<double> sizes(231);
+    estimator.error_sizes(sizes);
+    if (metric == Metric::kReprojection) {
+      pixels = sizes;
+      EXPECT_GT(*std::max_element(sizes.begin(), sizes.end()), 3 / kNoise);
+      continue;
+    }
+    for (std::size_t i = 0; i < sizes.size(); ++i) EXPECT_NEAR(sizes[i], pixels[i], 0.5 + 0.1 * pixels[i]) << i;
+  }
 }
 
 TEST(EstimatorLoss, ExactCornersStillGiveTheSurface) {

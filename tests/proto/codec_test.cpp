@@ -93,6 +93,10 @@ TEST(Codec, StatusComesBackAsItWas) {
     RC_ASSERT(a.temperature_c == b.temperature_c || (std::isnan(a.temperature_c) && std::isnan(b.temperature_c)));
     RC_ASSERT(a.clock_offset_ns == b.clock_offset_ns && a.clock_uncertainty_ns == b.clock_uncertainty_ns);
     RC_ASSERT(a.software == b.software);
+    RC_ASSERT(a.throttled == b.throttled && a.restarts == b.restarts && a.last_end == b.last_end);
+    RC_ASSERT(a.clock_state == b.clock_state && a.minor_faults == b.minor_faults && a.major_faults == b.major_faults);
+    RC_ASSERT(a.recording == b.recording && a.recorded == b.recorded && a.record_dropped == b.record_dropped);
+    RC_ASSERT(a.disconnects == b.disconnects);
     RC_ASSERT(a.lost_ranges == b.lost_ranges);
   }));
 }
@@ -161,9 +165,20 @@ TEST(Codec, TheLargestOfEveryMessageFitsADatagram) {
     status.lost_ranges.push({kMaxSequence - 1000 + 3 * i, kMaxSequence - 1000 + 3 * i + 2});
   for (std::uint64_t* count : {&status.dropped_by_source, &status.dropped_late, &status.dropped_bad,
                                &status.dropped_transmit, &status.lost, &status.resent, &status.held,
-                               &status.strobe_late, &status.clock_uncertainty_ns})
+                               &status.strobe_late, &status.clock_uncertainty_ns, &status.minor_faults,
+                               &status.major_faults, &status.recorded, &status.record_dropped, &status.disconnects})
     *count = ~std::uint64_t{0};
-  EXPECT_TRUE(decode_node_datagram(datagram_of(header, status)).has_value());
+  status.temperature_c = -1;
+  status.clock_offset_ns = -1;
+  status.software = *FixedText<15>::make(std::string(15, 'v'));
+  status.throttled = Throttled::kAll;
+  status.restarts = kMost;
+  status.last_end = *FixedText<95>::make(std::string(95, 'e'));
+  const auto largest_status = datagram_of(header, status);
+  EXPECT_GT(largest_status.size(), 700u);
+  EXPECT_LE(largest_status.size(), kMaxDatagram);
+  EXPECT_TRUE(decode_node_datagram(largest_status).has_value());
+  RecordProperty("largest_status_bytes", static_cast<int>(largest_status.size()));
 
   FeatureChunk chunk;
   chunk.stamp = stamp;
@@ -218,6 +233,16 @@ TEST(Codec, WhatBreaksABoundIsNotSent) {
   bad = good;
   bad.information.entries[InformationFactor::index(2, 2)] = 0;
   EXPECT_EQ(error_of(bad), Errc::kInvalidArgument);
+  NodeStatus status = testing::any_status(random);
+  EXPECT_EQ(error_of(status), std::nullopt);
+  status.throttled = 0x10;
+  EXPECT_EQ(error_of(status), Errc::kInvalidArgument);
+  status.throttled = 0;
+  status.clock_state = static_cast<ClockState>(3);
+  EXPECT_EQ(error_of(status), Errc::kInvalidArgument);
+  status.clock_state = ClockState::kUnknown;
+  status.recording = static_cast<RecordState>(3);
+  EXPECT_EQ(error_of(status), Errc::kInvalidArgument);
   FeatureChunk chunk;
   chunk.features.push({5, 0, 0});
   chunk.features.push({5, 0, 0});

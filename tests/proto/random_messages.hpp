@@ -115,11 +115,17 @@ inline NodeStatus any_status(Generator& random) {
   status.record_hz = any_float(random, 0, 500);
   for (std::uint64_t* count :
        {&status.dropped_by_source, &status.dropped_late, &status.dropped_bad, &status.dropped_transmit, &status.lost,
-        &status.resent, &status.held, &status.strobe_late, &status.clock_uncertainty_ns})
+        &status.resent, &status.held, &status.strobe_late, &status.clock_uncertainty_ns, &status.minor_faults,
+        &status.major_faults, &status.recorded, &status.record_dropped, &status.disconnects})
     *count = any_number(random);
   if (random() % 2 == 0) status.temperature_c = any_float(random, -20, 90);
   if (random() % 2 == 0) status.clock_offset_ns = static_cast<std::int64_t>(any_number(random));
   status.software = *FixedText<15>::make("0.1.0-rc2");
+  status.throttled = any_u32(random) & Throttled::kAll;
+  status.restarts = any_u32(random);
+  status.last_end = *FixedText<95>::make(std::string(random() % 96, 'e'));
+  status.clock_state = static_cast<ClockState>(random() % 3);
+  status.recording = static_cast<RecordState>(random() % 3);
   std::uint64_t end = 0;
   status.lost_ranges = any_ranges<16>(random, 0, end);
   return status;

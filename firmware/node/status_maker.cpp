@@ -1,0 +1,67 @@
+#include "firmware/node/status_maker.hpp"
+
+#include <cmath>
+#include <sstream>
+
+#include "firmware/health/clock_health.hpp"
+
+namespace srd::firmware {
+
+namespace {
+
+std::uint64_t value(const std::atomic<std::uint64_t>& counter) { return counter.load(std::memory_order_relaxed); }
+
+}  // namespace
+
+StatusMaker::StatusMaker(std::string_view version, const Restart& restart) {
+  using Software = decltype(constant_.software);
+  using LastEnd = decltype(constant_.last_end);
+  constant_.software = Software::make(version.substr(0, Software::kCapacity)).value_or(Software{});
+  constant_.last_end = LastEnd::make(std::string_view(restart.last_end).substr(0, LastEnd::kCapacity)).value_or(LastEnd{});
+  constant_.restarts = restart.restarts;
+}
+
+proto::NodeStatus StatusMaker::make(const FrameLoop& loop, const FrameRecorder* recorder, double seconds, bool stopping) {
+  const FrameCounters& counters = loop.counters();
+  proto::NodeStatus status = constant_;
+  status.state = stopping ? proto::NodeState::kStopping
+                          : static_cast<proto::NodeState>(counters.state.load(std::memory_order_relaxed));
+  const std::uint64_t captured = value(counters.captured), records = value(counters.records);
+  status.capture_hz = static_cast<float>(static_cast<double>(captured - captured_) / seconds);
+  status.record_hz = static_cast<float>(static_cast<double>(records - records_) / seconds);
+  captured_ = captured;
+  records_ = records;
+  status.dropped_by_source = value(counters.dropped_by_source);
+  status.dropped_late = value(counters.dropped_late);
+  status.dropped_bad = value(counters.bad);
+  status.disconnects = value(counters.disconnects);
+  status.minor_faults = loop.capture_faults().minor() + loop.process_faults().minor();
+  status.major_faults = loop.capture_faults().major() + loop.process_faults().major();
+  if (recorder != nullptr) {
+    status.recording = recorder->stopped() ? proto::RecordState::kStopped : proto::RecordState::kRecording;
+    status.recorded = recorder->recorded();
+    status.record_dropped = recorder->dropped();
+  }
+  const HealthReading board = health_.read();
+  status.temperature_c = board.temperature_c;
+  status.throttled = board.throttled;
+  const ClockHealth clock = read_clock_health();
+  status.clock_state = clock.state;
+  status.clock_offset_ns = clock.offset_ns;
+  status.clock_uncertainty_ns = clock.uncertainty_ns;
+  return status;
+}
+
+std::string status_text(const proto::NodeStatus& status, bool camera_away) {
+  std::ostringstream out;
+  out.precision(3);
+  out << (camera_away ? "camera is away, being called" : proto::to_string(status.state)) << ", " << status.capture_hz
+      << " frames/s, dropped " << status.dropped_by_source << " by the source, " << status.dropped_late << " late";
+  if (std::isfinite(status.temperature_c)) out << ", " << status.temperature_c << " C";
+  if ((status.throttled & proto::Throttled::kNow) != 0) out << ", " << proto::throttled_text(status.throttled);
+  if (status.recording == proto::RecordState::kRecording) out << ", " << status.recorded << " frames recorded";
+  if (status.recording == proto::RecordState::kStopped) out << ", recording stopped";
+  return out.str();
+}
+
+}  // namespace srd::firmware

@@ -1,0 +1,36 @@
+// What the node says of itself each second. One thread; nothing from the heap.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "firmware/health/board_health.hpp"
+#include "firmware/loop/frame_loop.hpp"
+#include "firmware/record/frame_recorder.hpp"
+#include "proto/messages.hpp"
+
+namespace srd::firmware {
+
+// How the run before this one ended, for the status.
+struct Restart {
+  std::string last_end;
+  std::uint32_t restarts = 0;
+};
+
+class StatusMaker {
+ public:
+  StatusMaker(std::string_view version, const Restart& restart);
+
+  // seconds: since the last call, for the rates. recorder: may be null.
+  [[nodiscard]] proto::NodeStatus make(const FrameLoop& loop, const FrameRecorder* recorder, double seconds, bool stopping);
+
+ private:
+  proto::NodeStatus constant_;  // what does not change during a run
+  BoardHealth health_;
+  std::uint64_t captured_ = 0, records_ = 0;
+};
+
+// What systemctl status shows.
+[[nodiscard]] std::string status_text(const proto::NodeStatus& status, bool camera_away);
+
+}  // namespace srd::firmware

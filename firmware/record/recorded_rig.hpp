@@ -1,0 +1,14 @@
+// What goes beside the images of a recording, so that it can be replayed.
+#pragma once
+
+#include "drivers/recording/rig.hpp"
+
+namespace srd::firmware {
+
+struct RecordedRig {
+  Calibration calibration;
+  dsp::Pose<double> pose;
+  Points points;
+};
+
+}  // namespace srd::firmware

@@ -1,0 +1,24 @@
+#include "firmware/service/notifier.hpp"
+
+#include <systemd/sd-daemon.h>
+
+namespace srd::firmware {
+
+namespace {
+
+// A manager that does not listen is none of the node's business.
+void tell(const std::string& state) { (void)::sd_notify(0, state.c_str()); }
+
+}  // namespace
+
+ServiceNotifier::ServiceNotifier() {
+  std::uint64_t interval_us = 0;
+  if (::sd_watchdog_enabled(0, &interval_us) > 0) watchdog_ns_ = static_cast<std::int64_t>(interval_us) * 1000;
+}
+
+void ServiceNotifier::ready() const { tell("READY=1"); }
+void ServiceNotifier::stopping() const { tell("STOPPING=1"); }
+void ServiceNotifier::status(const std::string& line) const { tell("STATUS=" + line); }
+void ServiceNotifier::alive() const { tell("WATCHDOG=1"); }
+
+}  // namespace srd::firmware

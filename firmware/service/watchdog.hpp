@@ -1,0 +1,44 @@
+// Whether the node may say that it is alive: only while frames go all the way through, or while the camera is known to be
+// away and is being called. One thread; no clock of its own.
+#pragma once
+
+#include <cstdint>
+
+namespace srd::firmware {
+
+class FrameWatchdog {
+ public:
+  struct Progress {
+    std::uint64_t frames = 0;  // that left the loop, as a record or as late
+    std::uint64_t calls = 0;   // of the camera, answered or not
+    bool away = false;         // the camera is disconnected
+    bool live = true;          // false: a recording has its own pace, and its calls are enough
+  };
+
+  // interval_ns: within which somebody expects a sign of life; 0: nobody.
+  explicit FrameWatchdog(std::int64_t interval_ns) : interval_ns_(interval_ns) {}
+
+  // True: say now that the node is alive. Ask several times an interval.
+  [[nodiscard]] bool due(std::int64_t now_ns, const Progress& progress) {
+    if (interval_ns_ == 0) return false;
+    const bool calls_suffice = progress.away || !progress.live;
+    if (progress.frames != frames_ || (calls_suffice && progress.calls != calls_)) moved_ = true;
+    frames_ = progress.frames;
+    calls_ = progress.calls;
+    // A quarter of the time: one that is late is still in time.
+    if (!moved_ || (said_ && now_ns - said_ns_ < interval_ns_ / 4)) return false;
+    moved_ = false;
+    said_ = true;
+    said_ns_ = now_ns;
+    return true;
+  }
+
+ private:
+  std::int64_t interval_ns_;
+  std::uint64_t frames_ = 0, calls_ = 0;
+  bool moved_ = true;  // the start counts
+  bool said_ = false;
+  std::int64_t said_ns_ = 0;
+};
+
+}  // namespace srd::firmware

@@ -1,0 +1,75 @@
+#include "firmware/node/node.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/fakes/notify_socket.hpp"
+#include "tests/fakes/scratch_folder.hpp"
+
+namespace srd::firmware {
+namespace {
+
+constexpr const char* kSimulated = "[camera]\nsource = \"simulator\"\nrate = \"max\"\n[surface]\nguess_mm = [80]\n";
+
+Outcome<RunReport> run(const NodeConfig& config, const RunOptions& options, const std::atomic<bool>& stop) {
+  auto instrument = make_instrument(config);
+  EXPECT_TRUE(instrument.ok()) << instrument.error().text();
+  return run_node(config, *instrument, options, stop);
+}
+
+TEST(Node, TellsTheServiceManagerItsWholeLife) {
+  fakes::NotifySocket manager(60'000'000);
+  const auto config = NodeConfig::parse(kSimulated, "node.toml");
+  ASSERT_TRUE(config.ok()) << config.error().text();
+  RunOptions options;
+  options.frames = 10;
+  const std::atomic<bool> stop{false};
+  const auto report = run(*config, options, stop);
+  ASSERT_TRUE(report.ok()) << report.error().text();
+  EXPECT_EQ(report->records, 10u);
+  const auto said = manager.said();
+  ASSERT_GE(said.size(), 4u);
+  EXPECT_EQ(said.front(), "READY=1");
+  EXPECT_EQ(said.back(), "STOPPING=1");
+  EXPECT_EQ(std::count(said.begin(), said.end(), "WATCHDOG=1"), 1);  // a quarter of a minute is far
+  EXPECT_TRUE(std::any_of(said.begin(), said.end(), [](const std::string& s) { return s.starts_with("STATUS="); }));
+}
+
+TEST(Node, RecordsWhatItMeasures) {
+  const fakes::ScratchFolder scratch;
+  auto config = NodeConfig::parse(kSimulated, "node.toml");
+  ASSERT_TRUE(config.ok());
+  config->record.folder = scratch.path() / "rec";
+  config->record.min_free_mib = 0;
+  std::string said;
+  RunOptions options;
+  options.frames = 8;
+  options.say = [&](const std::string& lines) { said += lines; };
+  const std::atomic<bool> stop{false};
+  const auto report = run(*config, options, stop);
+  ASSERT_TRUE(report.ok()) << report.error().text();
+  EXPECT_EQ(report->recorded, 8u);
+  EXPECT_EQ(report->record_dropped, 0u);
+  EXPECT_NE(said.find("rec"), std::string::npos);
+  EXPECT_NE(report->text().find("recorded  8 frames"), std::string::npos) << report->text();
+  config->camera = CameraSource{"recording", (scratch.path() / "rec").string()};
+  config->record.folder.clear();
+  config->lx_mm = 240;
+  config->ly_mm = 440;
+  const auto replay = run(*config, {}, stop);
+  ASSERT_TRUE(replay.ok()) << replay.error().text();
+  EXPECT_EQ(replay->surfaces, 8u);
+}
+
+TEST(Node, EndsInOrderWhenStopped) {
+  const auto config = NodeConfig::parse(kSimulated, "node.toml");
+  ASSERT_TRUE(config.ok());
+  const std::atomic<bool> stop{true};
+  const auto report = run(*config, {}, stop);
+  ASSERT_TRUE(report.ok());
+  EXPECT_EQ(report->captured, report->records);
+}
+
+}  // namespace
+}  // namespace srd::firmware
