@@ -10,6 +10,7 @@
 #include "dsp/core/spsc_ring.hpp"
 #include "dsp/pipeline/surface_tracker.hpp"
 #include "firmware/loop/frame_deadline.hpp"
+#include "firmware/loop/frame_light.hpp"
 #include "proto/messages.hpp"
 
 namespace srd::firmware {
@@ -26,6 +27,7 @@ struct FrameCounters {
   std::atomic<std::uint64_t> hurried{0};            // records whose fit the deadline ended
   std::atomic<std::uint64_t> singular{0};           // records whose corners do not determine the coefficients
   std::atomic<std::uint64_t> bad{0};                // frames without a usable image
+  std::atomic<std::uint64_t> dark{0};               // frames without light, on purpose: not processed
   std::atomic<std::uint64_t> disconnects{0};
   std::atomic<std::uint8_t> state{0};               // proto::NodeState
 };
@@ -37,6 +39,7 @@ struct FrameLoopOptions {
   std::uint64_t frames = 0;  // end after so many records; 0: at the camera's end
   double refractive_index = 1;
   FrameDeadline* deadline = nullptr;  // that the tracker asks; started with every frame
+  FrameLight* light = nullptr;        // whose pulses light the frames; none: they keep the camera's labels
 };
 
 class FrameLoop {
