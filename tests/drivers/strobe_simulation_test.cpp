@@ -187,7 +187,7 @@ TEST(StrobeSimulation, APatternLightsItsExposuresAndRecordsAll) {
     const bool want = std::string_view("LLDLD")[static_cast<std::size_t>(record.slot % 5)] == 'L';
     EXPECT_EQ(record.phase, want ? StrobePhase::kLit : StrobePhase::kDark);
     // The exposure that it names is the one it is about.
-    EXPECT_EQ(record.sequence, bench.nearest(static_cast<double>(record.stamp_ns)));
+    EXPECT_EQ(static_cast<std::size_t>(record.sequence), bench.nearest(static_cast<double>(record.stamp_ns)));
     if (!want) continue;
     ASSERT_LT(lit, pulses.size());
     const fakes::Pulse& pulse = pulses[lit++];
@@ -230,7 +230,7 @@ TEST(StrobeSimulation, StampsOfAnotherClockComeBackInThatClock) {
   while (given < 100) scheduler.step();
   ASSERT_GT(line.pulses().size(), 70u);
   const PulseRecord record = *scheduler.records().front();
-  EXPECT_NEAR(static_cast<double>(record.stamp_ns - kSuspended), sensor.frames()[record.sequence].truth_ns, 5e3);
+  EXPECT_NEAR(static_cast<double>(record.stamp_ns - kSuspended), sensor.frames()[static_cast<std::size_t>(record.sequence)].truth_ns, 5e3);
   EXPECT_NEAR(static_cast<double>(record.on_ns - kSuspended), static_cast<double>(line.pulses()[0].on_ns), 1e3);
 }
 
