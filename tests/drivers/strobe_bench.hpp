@@ -46,11 +46,11 @@ class StrobeBench {
 
   // Until the last frame's stamp has arrived.
   void run() {
-    while (given_ < frames_.size()) {
-      scheduler.step();
-      deliver(clock.time_ns());
-      take_records();
-    }
+    while (given_ < frames_.size()) step();
+  }
+  void step() {
+    scheduler.step();
+    deliver(clock.time_ns());
     take_records();
   }
 
