@@ -137,6 +137,15 @@ std::optional<std::string> TomlTable::text(std::string_view key) {
   return std::nullopt;
 }
 
+std::optional<std::string> TomlTable::name_or_number(std::string_view key) {
+  const toml::node* value = node_->take(key);
+  if (value == nullptr) return std::nullopt;
+  if (value->is_string() && !value->value<std::string>()->empty()) return value->value<std::string>();
+  if (value->is_integer() && *value->value<std::int64_t>() >= 0) return std::to_string(*value->value<std::int64_t>());
+  node_->complain(value, "key '" + node_->path + std::string(key) + "'", "a name in quotes or a whole number", shown(*value), "");
+  return std::nullopt;
+}
+
 std::optional<std::string> TomlTable::choice(std::string_view key, const std::vector<std::string>& words) {
   std::optional<std::string> word = text(key);
   if (!word) return std::nullopt;

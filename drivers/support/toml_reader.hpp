@@ -34,6 +34,8 @@ class TomlTable {
   [[nodiscard]] std::optional<std::int64_t> integer(std::string_view key, const NumberRange& range = {});
   [[nodiscard]] std::optional<bool> boolean(std::string_view key);
   [[nodiscard]] std::optional<std::string> text(std::string_view key);
+  // Text in quotes, or a whole number >= 0 as its digits: something that has a name or a number.
+  [[nodiscard]] std::optional<std::string> name_or_number(std::string_view key);
   // One of a list of words.
   [[nodiscard]] std::optional<std::string> choice(std::string_view key, const std::vector<std::string>& words);
   // length 0: any length.

@@ -95,6 +95,7 @@ void FrameLoop::capture() {
       case Capture::kFrame:
         connected = true;
         ++taken;
+        if (options_.light != nullptr) options_.light->captured(frame);
         hand_over(frame, true);
         break;
       case Capture::kBadFrame:
@@ -139,8 +140,9 @@ void FrameLoop::process() {
       handed_over_.wait(seen, std::memory_order_acquire);
       continue;
     }
-    const Captured taken = *captured;
+    Captured taken = *captured;
     ring_.pop();
+    if (taken.usable && options_.light != nullptr) options_.light->label(taken.frame);
     if (taken.usable && options_.see) options_.see(taken.frame);
     if (camera_.live() && taken.usable && ring_.front() != nullptr) {
       // A newer frame waits: the older one is late already.
@@ -183,6 +185,10 @@ void FrameLoop::make_record(const Captured& captured) {
   if (!captured.usable) {
     record_.status = proto::FrameStatus::kBadFrame;
     count(counters_.bad);
+  } else if (frame.strobe == StrobePhase::kDark) {
+    camera_.give_back(frame);
+    record_.status = proto::FrameStatus::kDark;
+    count(counters_.dark);
   } else {
     const dsp::FrameResult<float>& result = tracker_.process(std::span(&frame.image, 1), frame.time_ns);
     camera_.give_back(frame);

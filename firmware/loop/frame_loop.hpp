@@ -10,6 +10,7 @@
 #include "dsp/core/spsc_ring.hpp"
 #include "dsp/pipeline/surface_tracker.hpp"
 #include "firmware/loop/frame_deadline.hpp"
+#include "firmware/loop/frame_light.hpp"
 #include "firmware/realtime/page_faults.hpp"
 #include "proto/messages.hpp"
 
@@ -27,6 +28,7 @@ struct FrameCounters {
   std::atomic<std::uint64_t> hurried{0};            // records whose fit the deadline ended
   std::atomic<std::uint64_t> singular{0};           // records whose corners do not determine the coefficients
   std::atomic<std::uint64_t> bad{0};                // frames without a usable image
+  std::atomic<std::uint64_t> dark{0};               // frames without light, on purpose: not processed
   std::atomic<std::uint64_t> disconnects{0};
   std::atomic<std::uint64_t> calls{0};              // of the camera, answered or not
   std::atomic<bool> away{false};                    // the camera is disconnected
@@ -44,6 +46,7 @@ struct FrameLoopOptions {
   double refractive_index = 1;
   FrameDeadline* deadline = nullptr;  // that the tracker asks; started with every frame
   SeeFrame see{};                     // none: nobody looks
+  FrameLight* light = nullptr;        // whose pulses light the frames; none: they keep the camera's labels
 };
 
 class FrameLoop {

@@ -1,0 +1,156 @@
+#include "drivers/strobe/gpiod_line.hpp"
+
+#include <grp.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "drivers/strobe/gpiod_chip.hpp"
+
+namespace srd {
+
+namespace {
+
+constexpr unsigned kMostListed = 40;  // lines in a message
+
+// /dev/gpiochip0, /dev/gpiochip1, .. in the order of their numbers.
+std::vector<std::string> chip_paths() {
+  std::vector<std::string> paths;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator("/dev", error))
+    if (entry.path().filename().string().starts_with("gpiochip")) paths.push_back(entry.path().string());
+  std::sort(paths.begin(), paths.end(), [](const std::string& a, const std::string& b) {
+    return a.size() != b.size() ? a.size() < b.size() : a < b;
+  });
+  return paths;
+}
+
+std::string chips_text() {
+  std::string text;
+  for (const std::string& path : chip_paths()) {
+    text += text.empty() ? "" : ", ";
+    if (const auto chip = GpioChip::open(path))
+      text += path + " [" + chip->label() + "] (" + std::to_string(chip->line_count()) + " lines)";
+    else
+      text += path + " (" + std::strerror(errno) + ")";
+  }
+  return text.empty() ? "no GPIO chip (/dev/gpiochip*)" : text;
+}
+
+std::string lines_text(const GpioChip& chip) {
+  std::string text;
+  unsigned listed = 0, named = 0;
+  for (unsigned offset = 0; offset < chip.line_count(); ++offset) {
+    GpioLineInfo info;
+    if (!chip.line(offset, info) || info.name.empty()) continue;
+    if (++named > kMostListed) continue;
+    text += (listed++ == 0 ? "" : ", ") + std::to_string(offset) + " \"" + info.name + "\"" + (info.used ? " (in use)" : "");
+  }
+  if (named > kMostListed) text += ", and " + std::to_string(named - kMostListed) + " more";
+  return "lines 0 to " + std::to_string(static_cast<int>(chip.line_count()) - 1) + (text.empty() ? ", without names" : ": " + text);
+}
+
+std::optional<unsigned> number_of(const std::string& text) {
+  unsigned number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return number;
+}
+
+Problem not_permitted(const std::string& path) {
+  Problem problem{Exit::kDevice, "no permission to use this GPIO chip", path, "a user that may read and write it", "", ""};
+  struct stat status {};
+  if (stat(path.c_str(), &status) != 0) return problem;
+  char buffer[1024];
+  group entry{};
+  group* found = nullptr;
+  getgrgid_r(status.st_gid, &entry, buffer, sizeof buffer, &found);
+  const std::string name = found == nullptr ? std::to_string(status.st_gid) : std::string(found->gr_name);
+  problem.found = "it belongs to the group " + name;
+  problem.advice = status.st_gid == 0 ? "install the package's udev rule, which gives it to the group gpio"
+                                      : "add the user to that group: sudo usermod -aG " + name + " USER, then log in again";
+  return problem;
+}
+
+struct FoundChip {
+  std::string path;
+  std::unique_ptr<GpioChip> chip;
+};
+
+// By path, else by name or label among those present.
+Outcome<FoundChip> find_chip(const std::string& wanted) {
+  if (wanted.find('/') != std::string::npos) {
+    if (auto chip = GpioChip::open(wanted)) return FoundChip{wanted, std::move(chip)};
+    if (errno == EACCES || errno == EPERM) return not_permitted(wanted);
+    return Problem{Exit::kDevice, std::string("this is no GPIO chip that can be opened: ") + std::strerror(errno), wanted,
+                   "a GPIO chip", chips_text(), "give strobe.chip one of those, by path, name or label"};
+  }
+  for (const std::string& path : chip_paths()) {
+    auto chip = GpioChip::open(path);
+    const bool named = path == "/dev/" + wanted;
+    if (!chip && named && (errno == EACCES || errno == EPERM)) return not_permitted(path);
+    if (chip && (named || chip->name() == wanted || chip->label() == wanted)) return FoundChip{path, std::move(chip)};
+  }
+  return Problem{Exit::kDevice, "no GPIO chip of this name or label", wanted, "a GPIO chip", chips_text(),
+                 "give strobe.chip one of those, by path, name or label"};
+}
+
+// A number is taken as one only when no line has it as its name.
+std::optional<unsigned> find_line(const GpioChip& chip, const std::string& wanted) {
+  for (unsigned offset = 0; offset < chip.line_count(); ++offset) {
+    GpioLineInfo info;
+    if (chip.line(offset, info) && info.name == wanted) return offset;
+  }
+  const auto number = number_of(wanted);
+  return number && *number < chip.line_count() ? number : std::nullopt;
+}
+
+Outcome<std::unique_ptr<OutputLine>> request(const FoundChip& found, unsigned offset, const LineAddress& address,
+                                             const std::string& consumer) {
+  if (auto line = found.chip->request(offset, address.active_low, consumer)) return line;
+  const int error = errno;
+  const std::string where = found.path + " line " + std::to_string(offset);
+  GpioLineInfo info;
+  if (error == EBUSY && found.chip->line(offset, info))
+    return Problem{Exit::kDevice, "this GPIO line is in use", where, "a line that nobody uses",
+                   "used by \"" + (info.consumer.empty() ? "unknown" : info.consumer) + "\"",
+                   "end that program, or choose another line; the kernel's own uses are in the device tree"};
+  if (error == EACCES || error == EPERM) return not_permitted(found.path);
+  return Problem{Exit::kDevice, std::string("this GPIO line cannot be an output: ") + std::strerror(error), where,
+                 "a line that can be an output", lines_text(*found.chip), ""};
+}
+
+}  // namespace
+
+std::string gpiod_version() { return "libgpiod " + GpioChip::library_version(); }
+
+Outcome<std::unique_ptr<OutputLine>> open_gpiod_line(const LineAddress& address, const std::string& consumer) {
+  if (!address.chip.empty()) {
+    auto found = find_chip(address.chip);
+    if (!found) return found.error();
+    const auto offset = find_line(*found->chip, address.line);
+    if (!offset)
+      return Problem{Exit::kDevice, "no line \"" + address.line + "\" on this GPIO chip", found->path, "a line's number or name",
+                     lines_text(*found->chip), "see gpioinfo"};
+    return request(*found, *offset, address, consumer);
+  }
+  // Only a name says which chip is meant.
+  for (const std::string& path : chip_paths()) {
+    FoundChip found{path, GpioChip::open(path)};
+    if (!found.chip) continue;
+    for (unsigned offset = 0; offset < found.chip->line_count(); ++offset) {
+      GpioLineInfo info;
+      if (found.chip->line(offset, info) && info.name == address.line) return request(found, offset, address, consumer);
+    }
+  }
+  return Problem{Exit::kDevice, "no GPIO line has the name \"" + address.line + "\"", "", "a line's name, or strobe.chip and a number",
+                 chips_text(), "see gpioinfo"};
+}
+
+}  // namespace srd

@@ -1,0 +1,7 @@
+#include "drivers/strobe/gpiod_line.hpp"
+
+namespace srd {
+
+std::string LineAddress::text() const { return "line " + line + (chip.empty() ? " of any GPIO chip" : " of " + chip); }
+
+}  // namespace srd

@@ -1,0 +1,18 @@
+// What the frame loop asks of whoever lights its frames: one pointer in its options.
+#pragma once
+
+#include "drivers/camera/camera.hpp"
+
+namespace srd::firmware {
+
+class FrameLight {
+ public:
+  virtual ~FrameLight() = default;
+  // The capturing thread has this frame. No heap, no lock.
+  virtual void captured(const CameraFrame& frame) noexcept = 0;
+  // The processing thread has it: says which light made it (strobe), and sets time_ns to the middle of a pulse. Frames
+  // that are dark are not processed. No heap, no lock.
+  virtual void label(CameraFrame& frame) noexcept = 0;
+};
+
+}  // namespace srd::firmware
