@@ -19,13 +19,15 @@ check() { # name, command...
     failed=1
   fi
 }
-apt() { apt-get -qq -y --no-install-recommends "$@"; }
+apt() { apt-get -qq -y --no-install-recommends "$@" </dev/null; }
 holds() { grep -qF -- "$2" "$1"; }
 absent() { [ ! -e "$1" ]; }
 version_is() { [ "$(srd-node --version)" = "$(dpkg-query -W -f '${source:Upstream-Version}' flume-srd-node)" ]; }
 
 install() {
-  apt install /packages/install.deb >/tmp/installed 2>&1 || { cat /tmp/installed; return 1; }
+  apt install /packages/install.deb >/tmp/installed 2>&1 && return
+  # A system that was made some time ago may name packages that the archive has replaced.
+  apt update && apt install /packages/install.deb >/tmp/installed 2>&1 || { cat /tmp/installed; return 1; }
 }
 checks_every_profile() {
   for folder in /usr/share/flume-srd/profiles/*; do

@@ -25,9 +25,9 @@ done
 
 cd -- "$(dirname -- "${BASH_SOURCE[0]}")/../.." || exit 2
 . toolchains/debian_packages.sh
+. tests/packaging/emulated_root.sh
 codename=$(debian_codename "$release") || exit 2
-here=$PWD
-roots=$here/build/roots
+roots=$PWD/build/roots
 
 folder_of() { # architecture -> its build folder
   local folder=build/$1
@@ -50,44 +50,6 @@ if [ "$(id -u)" -ne 0 ]; then
 fi
 tests/install_packages.sh tests/packaging/packages.txt || exit 2
 
-# Programs of another architecture run through qemu, which the kernel must know of. F: found once, outside the root.
-registered=
-forget_interpreter() {
-  [ -z "$registered" ] || echo -1 >"/proc/sys/fs/binfmt_misc/$registered"
-}
-trap forget_interpreter EXIT
-know_interpreter() { # architecture
-  local name qemu magic mask=
-  case $1 in
-    arm64) name=aarch64; magic='\x7fELF\x02\x01\x01\x00\x00\x00\x00\x00\x00\x00\x00\x00\x02\x00\xb7\x00' ;;
-    armhf) name=arm; magic='\x7fELF\x01\x01\x01\x00\x00\x00\x00\x00\x00\x00\x00\x00\x02\x00\x28\x00' ;;
-    *) return 0 ;;
-  esac
-  mask='\xff\xff\xff\xff\xff\xff\xff\x00\xff\xff\xff\xff\xff\xff\xff\xff\xfe\xff\xff\xff'
-  [ -e /proc/sys/fs/binfmt_misc/register ] || mount -t binfmt_misc binfmt_misc /proc/sys/fs/binfmt_misc 2>/dev/null
-  local known
-  for known in /proc/sys/fs/binfmt_misc/*; do
-    ! grep -qs "interpreter.*qemu-$name" "$known" || return 0
-  done
-  qemu=$(command -v "qemu-$name-static") || return 1
-  forget_interpreter
-  registered=srd-$name-$$
-  { echo ":$registered:M::$magic:$mask:$qemu:F" >/proc/sys/fs/binfmt_misc/register; } 2>/dev/null || {
-    registered=
-    return 1
-  }
-}
-
-# A minimal system, made once and kept whole.
-make_root() { # architecture, file
-  local archive
-  [ ! -s "$2" ] || return 0
-  mkdir -p "$roots"
-  archive=$(debian_source) || return 1
-  mmdebstrap --quiet --variant=minbase --architectures="$1" --mode=root --skip=cleanup/apt \
-    --components=main "$codename" "$2.part.tar" "$archive" && mv "$2.part.tar" "$2"
-}
-
 # The same package with a later version and a profile that differs: what a release would be.
 make_next() { # from, to, suffix
   local work
@@ -108,12 +70,12 @@ try() { # architecture
   [ -e "$build/CPackConfig.cmake" ] || { fail "$build is not built"; return 1; }
   (cd "$build" && rm -f packages/*.deb && cpack -G DEB -B packages >packages.log 2>&1) || { cat "$build/packages.log"; fail cpack; return 1; }
   package=$(ls "$build"/packages/flume-srd-node_*_"$1".deb) || { fail "no package for $1 in $build/packages"; return 1; }
-  make_root "$1" "$roots/debian$release-$1.tar" || { fail "no Debian $release system for $1"; return 1; }
+  make_root "$1" "$codename" "$roots/debian$release-$1.tar" || { fail "no Debian $release system for $1"; return 1; }
 
   tree=$roots/work-$1-$$
   packages=$tree/packages
   rm -rf "$tree"
-  mkdir -p "$tree" "$roots/archives-$release-$1/partial"
+  mkdir -p "$tree"
   tar -C "$tree" -xf "$roots/debian$release-$1.tar" || return 1
   mkdir -p "$packages/geometry"
   cp "$package" "$packages/install.deb"
@@ -127,13 +89,7 @@ try() { # architecture
     python3 tests/packaging/write_geometry.py "$profile" "$packages/geometry/$board" || return 1
   done
   cp tests/packaging/in_root.sh "$packages/"
-  cp /etc/resolv.conf "$tree/etc/resolv.conf"
-  # What apt is told of proxies and keys on this machine holds for its systems too; mounts end with the namespace.
-  # shellcheck disable=SC2016  # expanded inside
-  unshare --mount --pid --fork --kill-child sh -c '
-    mount -t proc proc "$1/proc" && mount -t sysfs -o ro sysfs "$1/sys" && mount -t tmpfs tmpfs "$1/tmp" &&
-    mount -t tmpfs tmpfs "$1/run" && mount --rbind /dev "$1/dev" && mount --bind "$2" "$1/var/cache/apt/archives" &&
-    exec chroot "$1" /bin/sh /packages/in_root.sh' sh "$tree" "$roots/archives-$release-$1"
+  in_emulated_root "$tree" "$roots/archives-$release-$1" /bin/sh /packages/in_root.sh
   local code=$?
   rm -rf --one-file-system "$tree"
   return $code
