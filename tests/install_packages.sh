@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Installs what is missing of tests/packages.txt. With nothing missing: no network, no root.
+# Installs what is missing of tests/packages.txt, or of the list that is given. With nothing missing: no network, no root.
 set -euo pipefail
 
 here=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd)
-mapfile -t wanted < <(sed -e 's/#.*//' -e 's/[[:space:]]//g' -e '/^$/d' "$here/packages.txt")
+mapfile -t wanted < <(sed -e 's/#.*//' -e 's/[[:space:]]//g' -e '/^$/d' "${1:-$here/packages.txt}")
 
 if ! command -v dpkg-query >/dev/null; then
   echo "install_packages: this system has no Debian packages (no dpkg-query)." >&2

@@ -45,4 +45,5 @@ poweroff -f
 START
 $busybox chmod +x /n/start
 $busybox umount /proc /sys
-exec $busybox switch_root /n /start
+# BOARD_INIT: of the kernel's command line, another first process of the root image, such as systemd.
+exec $busybox switch_root /n "${BOARD_INIT:-/start}"

@@ -1,0 +1,106 @@
+"""What packages carry is right before it is packed: profiles, unit file, helper scripts. run.sh installs the packages themselves."""
+
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import tempfile
+import unittest
+import xml.etree.ElementTree
+
+import write_geometry
+
+TREE = pathlib.Path(__file__).resolve().parents[2]
+PACKAGING = TREE / "board/packaging"
+PROFILES = sorted(TREE.glob("board/*/node.toml"))
+WORST_EXPOSURE = 2.0
+
+
+def run(*command, **environment):
+    return subprocess.run([str(word) for word in command], env={**os.environ, **environment}, stdin=subprocess.DEVNULL,
+                          capture_output=True, text=True, timeout=60)
+
+
+class Packaging(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def test_every_profile_passes_check_config(self):
+        self.assertGreaterEqual(len(PROFILES), 5)
+        for profile in PROFILES:
+            with self.subTest(profile.parent.name):
+                there = self.folder / profile.parent.name
+                there.mkdir()
+                shutil.copy(profile, there)
+                write_geometry.write(profile, there)
+                done = run(os.environ["SRD_NODE_PROGRAM"], "--config", there / "node.toml", "--check-config")
+                self.assertEqual(done.returncode, 0, done.stderr)
+                self.assertNotIn("warning", done.stderr)
+
+    def test_profiles_are_told_of_and_drawn(self):
+        table = (TREE / "board/README.md").read_text()
+        for profile in PROFILES:
+            with self.subTest(profile.parent.name):
+                self.assertIn(f"{profile.parent.name}/", table)
+                for picture in profile.parent.glob("*.svg"):
+                    xml.etree.ElementTree.parse(picture)
+                    self.assertIn(picture.name, (profile.parent / "README.md").read_text())
+
+    def unit(self, old="", new=""):
+        """The unit with programs that are there on any machine: systemd looks for them."""
+        text = (PACKAGING / "flume-srd-node.service").read_text()
+        self.assertIn(old, text)
+        unit = self.folder / "flume-srd-node.service"
+        unit.write_text(re.sub(r"/usr/(bin|lib/flume-srd)/[a-z-]+", "/bin/true", text.replace(old, new)))
+        return unit
+
+    @unittest.skipUnless(shutil.which("systemd-analyze"), "no systemd-analyze here")
+    def test_unit_verifies(self):
+        self.assertEqual(run("systemd-analyze", "--man=no", "verify", self.unit()).stderr, "")
+        wrong = run("systemd-analyze", "--man=no", "verify", self.unit("WatchdogSec=", "WatchdogSecs="))
+        self.assertIn("WatchdogSecs", wrong.stderr)
+
+    @unittest.skipUnless(shutil.which("systemd-analyze"), "no systemd-analyze here")
+    def test_unit_is_exposed_little(self):
+        security = ("systemd-analyze", "security", "--offline=true", f"--threshold={round(10 * WORST_EXPOSURE)}")
+        done = run(*security, self.unit())
+        print(done.stdout.strip().splitlines()[-1])
+        self.assertEqual(done.returncode, 0, done.stdout)
+        open_unit = self.unit()
+        open_unit.write_text(re.sub(r"(?m)^(Protect|Restrict|SystemCall|Capability).*\n", "", open_unit.read_text()))
+        self.assertNotEqual(run(*security, open_unit).returncode, 0)
+
+    def test_service_waits_for_an_edited_profile(self):
+        profiles, config = self.folder / "profiles", self.folder / "node.toml"
+        for board in ("raspberrypi-4", "raspberrypi-5", "generic-v4l2"):
+            with self.subTest(board):
+                shutil.copytree(TREE / "board" / board, profiles / board)
+                text = (TREE / "board" / board / "node.toml").read_text()
+                config.write_text(text)
+                waits = run(PACKAGING / "configured.sh", config, SRD_PROFILES=str(profiles))
+                self.assertEqual(waits.returncode, 1)
+                self.assertEqual(len(waits.stderr.splitlines()), 1)
+                self.assertIn("edit node.id and node.host", waits.stderr)
+                config.write_text(text.replace('"node-1"', '"north-wall"'))
+                self.assertEqual(run(PACKAGING / "configured.sh", config, SRD_PROFILES=str(profiles)).returncode, 0)
+        gone = run(PACKAGING / "configured.sh", self.folder / "gone.toml", SRD_PROFILES=str(profiles))
+        self.assertEqual(gone.returncode, 1)
+        self.assertIn("copy a profile from", gone.stderr)
+
+    def test_board_is_detected_by_its_model(self):
+        model = self.folder / "model"
+        for text, board in (("Raspberry Pi 4 Model B Rev 1.5\0", "raspberrypi-4"),
+                            ("Raspberry Pi Compute Module 4 Rev 1.0\0", "raspberrypi-4"),
+                            ("Raspberry Pi 5 Model B Rev 1.0\0", "raspberrypi-5"),
+                            ("Raspberry Pi 3 Model B\0", "generic-v4l2"), ("", "generic-v4l2")):
+            model.write_text(text)
+            self.assertEqual(run(PACKAGING / "detect_board.sh", SRD_MODEL_FILE=str(model)).stdout.strip(), board)
+        no_device_tree = run(PACKAGING / "detect_board.sh", SRD_MODEL_FILE=str(self.folder / "none"))
+        self.assertEqual((no_device_tree.stdout, no_device_tree.stderr), ("generic-v4l2\n", ""))
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=1)
