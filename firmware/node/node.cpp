@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
 #include <random>
 #include <sstream>
 #include <thread>
@@ -60,6 +61,8 @@ Outcome<RunReport> run_node(const NodeConfig& config, Instrument& instrument, st
                    size(camera.width(), camera.height()), "use the calibration of this camera and mode"};
   }
 
+  std::fputs(camera.summary().c_str(), stderr);
+
   std::unique_ptr<Transmitter> transmitter;
   if (!config.host.empty()) {
     auto address = Address::parse(config.host, config.file.string());
@@ -113,6 +116,8 @@ Outcome<RunReport> run_node(const NodeConfig& config, Instrument& instrument, st
   report.singular = value(counters.singular);
   report.singular_why = rank_text(loop.last_singular(), instrument.tracker->model().modes);
   report.disconnects = value(counters.disconnects);
+  report.camera_faults = camera.faults().text();
+  report.camera_last_words = camera.last_words();
   report.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
   if (transmitter) {
     report.sent = true;
@@ -129,6 +134,8 @@ std::string RunReport::text() const {
       << seconds << " s\n"
       << "tracking  found " << acquired << " times, lost " << lost_tracks << " times\n"
       << "dropped   " << dropped_by_source << " by the source, " << dropped_late << " late, " << bad << " unusable\n";
+  if (!camera_faults.empty()) out << "camera    " << camera_faults << "\n";
+  out << camera_last_words;
   if (hurried > 0) out << "deadline  ended the fit of " << hurried << " frames\n";
   if (singular > 0) out << "singular  " << singular << " frames: " << singular_why << "\n";
   if (sent)

@@ -17,6 +17,7 @@ struct RunReport {
   std::uint64_t hurried = 0;    // frames whose fit the deadline ended
   std::uint64_t singular = 0;   // frames whose corners do not determine the coefficients
   std::string singular_why;     // of the last one
+  std::string camera_faults, camera_last_words;
   bool sent = false;  // whether there was a host to send to
   TransmitterReport transmitter;
   double seconds = 0;
