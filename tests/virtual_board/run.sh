@@ -1,0 +1,106 @@
+#!/usr/bin/env bash
+# The instrument on an emulated 64-bit ARM board with real kernel drivers: cross-builds srd-node, boots the board, plays
+# rendered water through vivid's output and capture devices, receives the records on this machine through the board's network
+# card with losses, and compares with the truth. Builds what is missing. Ends with 0 when every check held.
+set -euo pipefail
+
+usage() { echo "usage: tests/virtual_board/run.sh [--debian13]   (also the drivers as built for Debian 13)"; }
+debian13=false
+for argument in "$@"; do
+  case $argument in
+    --debian13) debian13=true ;;
+    -h | --help) usage; exit 0 ;;
+    *) usage >&2; exit 2 ;;
+  esac
+done
+cd -- "$(dirname -- "${BASH_SOURCE[0]}")/../.."
+started=$SECONDS
+frames=450
+tests/install_packages.sh
+tests/install_packages.sh tests/virtual_board/packages.txt
+
+build() { # preset, targets
+  local preset=$1
+  shift
+  [ -f "build/$preset/build.ninja" ] || cmake --preset "$preset" >"build/$preset.log" 2>&1 || { tail -n 20 "build/$preset.log" >&2; exit 1; }
+  cmake --build "build/$preset" --target "$@" >"build/$preset.log" 2>&1 || { tail -n 40 "build/$preset.log" >&2; exit 1; }
+}
+mkdir -p build
+[ -d build/sysroots/debian12-arm64 ] || toolchains/sysroot.sh arm64
+[ -d build/virtual-board ] || toolchains/virtual_board/build.sh
+build host srd
+build arm64 srd-node srd_board_tests
+if $debian13; then
+  [ -d build/sysroots/debian13-arm64 ] || toolchains/sysroot.sh arm64 --debian 13
+  build arm64-debian13 srd_board_tests
+fi
+echo "== built after $((SECONDS - started)) s"
+
+here=tests/virtual_board
+work=$PWD/build/virtual-board-run
+srd=$PWD/build/host/host/srd
+rm -rf -- "$work"
+mkdir -p "$work/node" "$work/data"
+"$srd" simulate "$here/flume.toml" --pgm --out "$work/flume" >/dev/null
+python3 -B "$here/marked_frames.py" play "$work/flume" "$work/frames.raw"
+# The board's own profile, with the geometry of the scene beside it, as a person would put it there.
+cp board/virtual/node.toml "$work/flume/calibration.yml" "$work/flume/pose.yml" "$work/node/"
+# vimc gives 636 x 480: the same camera, four columns narrower. It sees no flume.
+sed 's/^image_width:.*/image_width: 636/' "$work/flume/calibration.yml" >"$work/node/vimc-calibration.yml"
+cat >"$work/node/vimc.toml" <<'TOML'
+[node]
+id = "vimc"
+[camera]
+source = "libcamera"
+[geometry]
+calibration = "vimc-calibration.yml"
+pose = "pose.yml"
+[pattern]
+rows = 11
+columns = 21
+square_mm = 20
+[surface]
+lx_mm = 240
+ly_mm = 440
+guess_mm = [80.0]
+TOML
+cp -r tests/data/flume-small "$work/data/"
+cp "$here/on_board.sh" "$work/"
+for program in firmware/srd-node tests/srd_board_tests; do
+  aarch64-linux-gnu-strip -o "$work/${program##*/}" "build/arm64/$program"
+done
+if $debian13; then aarch64-linux-gnu-strip -o "$work/srd_board_tests-debian13" build/arm64-debian13/tests/srd_board_tests; fi
+
+port=$(python3 -c 'import socket; s = socket.socket(socket.AF_INET, socket.SOCK_DGRAM); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])')
+printf 'NODE_HOST=10.0.2.2:%s\nFRAMES=%s\n' "$port" "$frames" >"$work/settings"
+"$srd" listen --bind "127.0.0.1:$port" --csv "$work/coefficients.csv" >"$work/listen.log" 2>&1 </dev/null &
+listener=$!
+trap 'kill "$listener" 2>/dev/null || true' EXIT
+failed=0
+echo "== board"
+toolchains/virtual_board/boot.sh "$work" 300 || failed=$?
+sleep 1
+kill -INT "$listener"
+wait "$listener" || true
+trap - EXIT
+
+check() { # text, command...
+  local what=$1
+  shift
+  if "$@"; then echo "ok    $what"; else echo "FAIL  $what"; failed=1; fi
+}
+echo "== on this machine"
+tail -n 3 "$work/listen.log"
+rows() { awk -F, -v node="$1" '$1 == node' "$work/coefficients.csv" | wc -l; }
+check "$frames frames of the flume in the host's record, each once" [ "$(rows node-1)" -eq "$frames" ]
+check "60 frames of vimc in the host's record, each once" [ "$(rows vimc)" -eq 60 ]
+if [ -f "$work/recorded.tar" ]; then
+  tar -C "$work" -xf "$work/recorded.tar"
+  check "recorded frames carry their marks" python3 -B "$here/marked_frames.py" truth "$work/recorded" "$work/flume/truth.csv" "$work/truth.csv"
+  check "the strobe is in step with the frames" python3 -B "$here/check_strobe.py" "$work/gpio.trace" "$work/recorded/frames.csv"
+  check "surfaces are within 0.1 mm of the truth" "$srd" compare --node node-1 --max-rms 0.1 "$work/coefficients.csv" "$work/truth.csv"
+else
+  check "the board's recording came back" false
+fi
+echo "== virtual board: $([ "$failed" -eq 0 ] && echo passed || echo "FAILED ($failed)") after $((SECONDS - started)) s"
+exit "$failed"
