@@ -6,6 +6,8 @@
 #include <memory>
 #include <string>
 
+#include "drivers/camera/camera_counters.hpp"
+#include "drivers/camera/frame_timing.hpp"
 #include "drivers/support/problem.hpp"
 #include "dsp/core/image_view.hpp"
 #include "dsp/core/time.hpp"
@@ -51,6 +53,17 @@ class Camera {
   [[nodiscard]] virtual int buffer_count() const = 0;
   // True for live devices: frames that nobody takes in time are lost. False: next waits for the caller.
   [[nodiscard]] virtual bool live() const = 0;
+  // What time_ns was made with; valid after start. Recordings and the simulator bring their own times.
+  [[nodiscard]] virtual FrameTiming timing() const { return {}; }
+  // Lines for a person, each with its end; valid after start: what was agreed with the device, and what it cannot do.
+  [[nodiscard]] virtual std::string summary() const { return {}; }
+  // One for a person, after stop: why a device that went away did not come back. Empty: nothing to say.
+  [[nodiscard]] virtual std::string last_words() const { return {}; }
+  // From any thread.
+  [[nodiscard]] const CameraCounters& faults() const { return faults_; }
+
+ protected:
+  CameraCounters faults_;
 };
 
 }  // namespace srd

@@ -1,0 +1,220 @@
+#include "drivers/camera/v4l2/v4l2_camera.hpp"
+
+#include <algorithm>
+#include <cerrno>
+
+#include "drivers/support/text_file.hpp"
+
+namespace srd {
+
+namespace {
+
+constexpr std::int64_t kMillisecond = 1'000'000;
+constexpr std::int64_t kTimeoutLeast = 1000 * kMillisecond, kTimeoutPeriods = 4;
+constexpr std::int64_t kStallLeast = 2000 * kMillisecond, kStallPeriods = 20;
+constexpr std::int64_t kBetweenTries = 200 * kMillisecond;
+
+}  // namespace
+
+V4l2Camera::V4l2Camera(V4l2CameraOptions options, std::unique_ptr<V4l2Port> port)
+    : options_(std::move(options)), port_(std::move(port)), stream_(*port_, faults_) {
+  options_.ask.buffers = std::clamp(options_.ask.buffers, 3, FramePool::kMostBuffers);
+}
+
+V4l2Camera::~V4l2Camera() { stop(); }
+
+Outcome<void> V4l2Camera::start() {
+  stop();
+  auto plan = plan_capture(*port_, options_.ask);
+  if (!plan) {
+    port_->close();
+    return plan.error();
+  }
+  plan_ = std::move(plan).value();
+  if (const V4l2Failure failure = stream_.start(plan_.settings, row_bytes()); failure.any())
+    return problem_of(failure, options_.ask.path);
+  buffers_ = stream_.buffers();
+  if (!plan_.format.zero_copy()) {
+    buffers_ = options_.ask.buffers;
+    own_.reserve(width(), height(), buffers_);
+  }
+  timing_ = options_.timing;
+  if (plan_.exposure_ns > 0) timing_.exposure_ns = plan_.exposure_ns;
+  timing_.mark = options_.stamp.value_or(stream_.mark());
+  sequence_ = FrameSequence(plan_.settings.period_ns());
+  started_ = true;
+  away_ = back_ = stopped_away_ = false;
+  why_ = {};
+  streaming();
+  return {};
+}
+
+void V4l2Camera::streaming() noexcept {
+  last_frame_ns_ = port_->now_ns();
+  late_ = false;
+}
+
+Capture V4l2Camera::next(CameraFrame& frame, Nanoseconds timeout) noexcept {
+  if (!started_) return Capture::kEnd;
+  const std::int64_t deadline = port_->now_ns() + timeout.count();
+  const auto left = [&] { return Nanoseconds(std::max<std::int64_t>(0, deadline - port_->now_ns())); };
+  if (away_)
+    if (const Capture recovered = recover(timeout); recovered != Capture::kFrame) return recovered;
+
+  std::uint32_t own_buffer = 0;
+  if (!plan_.format.zero_copy()) {
+    // Without a place for the image the driver's buffers stay full: the frames that it drops are a gap in the sequence.
+    const auto found = own_.acquire(std::chrono::steady_clock::now() + left());
+    if (!found) return Capture::kTimeout;
+    own_buffer = *found;
+  }
+  const auto without_frame = [&](Capture what) {
+    if (!plan_.format.zero_copy()) own_.release(own_buffer);
+    return what;
+  };
+  stream_.requeue_idle();
+  for (;;) {
+    switch (port_->wait(left())) {
+      case V4l2Port::Ready::kError: return without_frame(lose({V4l2Step::kDone, EIO}));
+      case V4l2Port::Ready::kTimeout:
+        note_waiting();
+        if (!options_.trigger_input && stream_.queued() > 0 && port_->now_ns() - last_frame_ns_ > stall_ns())
+          return without_frame(lose({V4l2Step::kStalled, 0}));
+        return without_frame(Capture::kTimeout);
+      case V4l2Port::Ready::kFrame: break;
+    }
+    const Capture taken = take(frame, own_buffer);
+    if (taken == Capture::kTimeout && left().count() > 0) continue;  // ready, yet nothing to take
+    return taken == Capture::kFrame ? taken : without_frame(taken);
+  }
+}
+
+Capture V4l2Camera::take(CameraFrame& frame, std::uint32_t own_buffer) noexcept {
+  V4l2Taken taken;
+  switch (stream_.take(taken)) {
+    case V4l2Stream::Take::kNothing: return Capture::kTimeout;
+    case V4l2Stream::Take::kGone: return lose({V4l2Step::kDone, EIO});
+    case V4l2Stream::Take::kTaken: break;
+  }
+  streaming();
+  if (back_) {
+    back_ = false;
+    count_one(faults_.reconnects);
+  }
+  frame = {};
+  frame.clock = taken.stamp_ns != 0 ? stream_.clock() : ClockId::kMonotonic;
+  const std::int64_t stamp_ns = taken.stamp_ns != 0 ? taken.stamp_ns : last_frame_ns_;
+  frame.sequence = sequence_.next(taken.sequence, frame.clock == ClockId::kMonotonic ? stamp_ns : last_frame_ns_);
+  frame.time_ns = timing_.middle_ns(stamp_ns);
+  frame.exposure_us = static_cast<std::uint32_t>(timing_.exposure_ns / 1000);
+  if (taken.damaged) {
+    count_one(faults_.error_buffers);
+    stream_.give_back(taken.buffer);
+    return Capture::kBadFrame;
+  }
+  const std::uint8_t* pixels = stream_.pixels(taken.buffer);
+  if (plan_.format.zero_copy()) {
+    frame.image = {pixels, width(), height(), stream_.stride_bytes()};
+    frame.buffer = taken.buffer;
+    return Capture::kFrame;
+  }
+  convert_to_gray(plan_.format.layout, plan_.format.bits, pixels, stream_.stride_bytes(), own_.pixels(own_buffer),
+                  own_.stride_bytes(), width(), height());
+  stream_.give_back(taken.buffer);
+  frame.image = own_.view(own_buffer);
+  frame.buffer = own_buffer;
+  return Capture::kFrame;
+}
+
+void V4l2Camera::give_back(const CameraFrame& frame) noexcept {
+  if (frame.image.pixels == nullptr) return;
+  if (plan_.format.zero_copy())
+    stream_.give_back(frame.buffer);
+  else
+    own_.release(frame.buffer);
+}
+
+std::int64_t V4l2Camera::stall_ns() const noexcept {
+  return std::max(kStallLeast, kStallPeriods * plan_.settings.period_ns());
+}
+
+void V4l2Camera::note_waiting() noexcept {
+  if (options_.trigger_input || late_ || stream_.queued() == 0) return;
+  if (port_->now_ns() - last_frame_ns_ <= std::max(kTimeoutLeast, kTimeoutPeriods * plan_.settings.period_ns())) return;
+  late_ = true;
+  count_one(faults_.timeouts);
+}
+
+Capture V4l2Camera::lose(V4l2Failure why) noexcept {
+  away_ = true;
+  if (!back_) count_one(faults_.disconnects);
+  back_ = false;
+  if (why.any()) why_ = why;
+  next_try_ns_ = 0;
+  sequence_.restart();
+  return Capture::kDisconnected;
+}
+
+// One try at most. kFrame: streams again.
+Capture V4l2Camera::recover(Nanoseconds timeout) noexcept {
+  const std::int64_t deadline = port_->now_ns() + timeout.count();
+  const auto wait_until = [&](std::int64_t time_ns) {
+    const std::int64_t until = std::min(time_ns, deadline);
+    if (const std::int64_t now = port_->now_ns(); until > now) port_->pause(Nanoseconds(until - now));
+  };
+  // Borrowed images lie in the mappings.
+  if (stream_.borrowed() > 0) {
+    wait_until(port_->now_ns() + kMillisecond);
+    if (stream_.borrowed() > 0) return Capture::kDisconnected;
+  }
+  stream_.stop();
+  if (next_try_ns_ > deadline) {
+    wait_until(deadline);
+    return Capture::kDisconnected;
+  }
+  wait_until(next_try_ns_);
+  V4l2Failure failure;
+  if (const int error = port_->open(options_.ask.path.c_str()); error != 0)
+    failure = {V4l2Step::kOpen, error};
+  else
+    failure = stream_.start(plan_.settings, row_bytes());
+  if (failure.any()) {
+    port_->close();
+    why_ = failure;
+    next_try_ns_ = port_->now_ns() + kBetweenTries;
+    wait_until(next_try_ns_);
+    return Capture::kDisconnected;
+  }
+  away_ = false;
+  back_ = true;  // counted as back with its first frame
+  why_ = {};
+  streaming();
+  return Capture::kFrame;
+}
+
+void V4l2Camera::stop() noexcept {
+  stopped_away_ = started_ && away_;
+  started_ = false;
+  stream_.stop();
+}
+
+std::string V4l2Camera::summary() const {
+  if (!started_) return {};
+  std::string text = "camera    " + plan_.identity.card + " (" + plan_.identity.driver + ", " + plan_.identity.bus + "), " +
+                     std::to_string(width()) + " x " + std::to_string(height()) + " " + std::string(plan_.format.name);
+  if (plan_.rate_hz > 0) text += " at " + number_text(static_cast<double>(static_cast<std::int64_t>(plan_.rate_hz * 1000 + 0.5)) / 1000) + " Hz";
+  text += plan_.format.zero_copy() ? ", read in place" : ", converted to grey";
+  text += ", " + std::to_string(buffers_) + " buffers\n";
+  text += "stamps    " + std::string(stream_.clock() == ClockId::kMonotonic ? "monotonic" : "of an unknown clock") + ", of the " +
+          std::string(to_string(timing_.mark)) + (options_.stamp ? " (as configured)" : "") + "\n";
+  for (const std::string& note : plan_.notes) text += "note      " + note + "\n";
+  return text;
+}
+
+std::string V4l2Camera::last_words() const {
+  if (!stopped_away_) return {};
+  const std::string why = failure_text(why_);
+  return "camera    " + options_.ask.path + " went away and did not come back" + (why.empty() ? "" : ": " + why) + "\n";
+}
+
+}  // namespace srd

@@ -1,0 +1,199 @@
+#include <gtest/gtest.h>
+
+#include <cerrno>
+
+#include "drivers/camera/v4l2/v4l2_plan.hpp"
+#include "tests/fakes/scripted_v4l2_port.hpp"
+
+namespace srd {
+namespace {
+
+using fakes::ScriptedControl;
+using fakes::ScriptedV4l2Device;
+using fakes::ScriptedV4l2Port;
+
+V4l2Ask ask_for(int width, int height) {
+  V4l2Ask ask;
+  ask.path = "/dev/video9";
+  ask.width = width;
+  ask.height = height;
+  return ask;
+}
+
+V4l2Plan planned(ScriptedV4l2Device& device, const V4l2Ask& ask) {
+  ScriptedV4l2Port port(device);
+  auto plan = plan_capture(port, ask);
+  EXPECT_TRUE(plan.ok()) << plan.error().text();
+  return plan ? *plan : V4l2Plan{};
+}
+
+void expect_refused(ScriptedV4l2Device& device, const V4l2Ask& ask, const std::vector<std::string>& words) {
+  ScriptedV4l2Port port(device);
+  const auto plan = plan_capture(port, ask);
+  ASSERT_FALSE(plan.ok());
+  EXPECT_EQ(plan.error().exit, Exit::kDevice);
+  for (const std::string& word : words)
+    EXPECT_NE(plan.error().text().find(word), std::string::npos) << "no \"" << word << "\" in: " << plan.error().text();
+}
+
+bool noted(const V4l2Plan& plan, const std::string& words) {
+  for (const std::string& note : plan.notes)
+    if (note.find(words) != std::string::npos) return true;
+  return false;
+}
+
+std::int32_t set_to(const V4l2Plan& plan, std::uint32_t id) {
+  for (int i = 0; i < plan.settings.control_count; ++i)
+    if (plan.settings.controls[static_cast<std::size_t>(i)].id == id) return plan.settings.controls[static_cast<std::size_t>(i)].value;
+  return -1;
+}
+
+TEST(V4l2Plan, AutoTakesTheFirstFormatOfItsOrderInTheSizeWanted) {
+  ScriptedV4l2Device device;
+  device.formats = {{V4L2_PIX_FMT_MJPEG}, {V4L2_PIX_FMT_NV12}, {V4L2_PIX_FMT_YUYV}, {V4L2_PIX_FMT_Y12, 640, 480}, {V4L2_PIX_FMT_Y10, 64, 48}};
+  EXPECT_EQ(planned(device, ask_for(64, 48)).format.name, "Y10");
+  EXPECT_EQ(planned(device, ask_for(640, 480)).format.name, "Y12");
+  V4l2Ask nv12 = ask_for(64, 48);
+  nv12.format = "NV12";
+  EXPECT_EQ(planned(device, nv12).format.code, static_cast<std::uint32_t>(V4L2_PIX_FMT_NV12));
+}
+
+TEST(V4l2Plan, SaysWhatTheDeviceOffersInsteadOfAFormatSizeOrRate) {
+  ScriptedV4l2Device device;
+  device.formats = {{V4L2_PIX_FMT_YUYV, 640, 480, {15, 30}}, {V4L2_PIX_FMT_YUYV, 320, 240, {30, 60}}, {V4L2_PIX_FMT_MJPEG}};
+  V4l2Ask grey = ask_for(640, 480);
+  grey.format = "GREY";
+  expect_refused(device, grey, {"/dev/video9", "pixel format", "GREY", "YUYV 640x480 (15, 30 Hz), 320x240 (30, 60 Hz)", "not usable: MJPG", "camera.format"});
+  expect_refused(device, ask_for(1280, 720), {"size", "1280x720", "YUYV 640x480", "320x240"});
+  V4l2Ask fast = ask_for(640, 480);
+  fast.rate_hz = 60;
+  fast.rate_required = true;
+  expect_refused(device, fast, {"frame rate", "60 Hz at 640x480 YUYV", "15, 30 Hz", "it would run at 30 Hz", "camera.frame_rate_hz"});
+  fast.rate_required = false;
+  EXPECT_TRUE(noted(planned(device, fast), "frame rate 30 Hz, the device's own"));
+}
+
+TEST(V4l2Plan, RefusesWhatIsNoCamera) {
+  ScriptedV4l2Device device;
+  device.capabilities = V4L2_CAP_VIDEO_OUTPUT | V4L2_CAP_STREAMING;
+  expect_refused(device, ask_for(64, 48), {"not a camera", "a video output", "--list-cameras"});
+  device.capabilities = V4L2_CAP_META_CAPTURE | V4L2_CAP_STREAMING;
+  expect_refused(device, ask_for(64, 48), {"a metadata node"});
+  device.capabilities = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_READWRITE;
+  expect_refused(device, ask_for(64, 48), {"cannot stream into buffers"});
+  device.capabilities = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
+  device.field = V4L2_FIELD_INTERLACED;
+  expect_refused(device, ask_for(64, 48), {"interlaced", "progressive"});
+  device.errors[VIDIOC_QUERYCAP] = ENOTTY;
+  expect_refused(device, ask_for(64, 48), {"not a video device", "/dev/video9"});
+}
+
+TEST(V4l2Plan, SaysWhoHoldsTheDeviceAndWhichGroupMayOpenIt) {
+  ScriptedV4l2Device device;
+  device.open_error = EACCES;
+  expect_refused(device, ask_for(64, 48), {"no permission", "group 'video'", "usermod"});
+  device.open_error = 0;
+  device.errors[VIDIOC_S_FMT] = EBUSY;
+  expect_refused(device, ask_for(64, 48), {"in use by another program", "fuser"});
+  V4l2Ask other = ask_for(64, 48);
+  other.path = "/dev/video77";
+  expect_refused(device, other, {"no such camera", "/dev/video77", "--list-cameras"});
+}
+
+TEST(V4l2Plan, SwitchesAutomaticsOffAndSetsExposureInUnitsOf100us) {
+  ScriptedV4l2Device device;
+  device.controls[V4L2_CID_EXPOSURE_AUTO] = {0, 3, 1, 3, {V4L2_EXPOSURE_MANUAL, V4L2_EXPOSURE_APERTURE_PRIORITY}};
+  device.controls[V4L2_CID_EXPOSURE_AUTO_PRIORITY] = {0, 1, 1, 1};
+  device.controls[V4L2_CID_EXPOSURE_ABSOLUTE] = {5, 2500, 1, 150};
+  device.controls[V4L2_CID_AUTOGAIN] = {0, 1, 1, 1};
+  device.controls[V4L2_CID_GAIN] = {0, 255, 5, 64};
+  V4l2Ask ask = ask_for(64, 48);
+  ask.exposure_us = 2000;
+  ask.gain = 20;
+  const V4l2Plan plan = planned(device, ask);
+  EXPECT_EQ(set_to(plan, V4L2_CID_EXPOSURE_AUTO), V4L2_EXPOSURE_MANUAL);
+  EXPECT_EQ(set_to(plan, V4L2_CID_EXPOSURE_AUTO_PRIORITY), 0);
+  EXPECT_EQ(set_to(plan, V4L2_CID_EXPOSURE_ABSOLUTE), 20);
+  EXPECT_EQ(set_to(plan, V4L2_CID_AUTOGAIN), 0);
+  EXPECT_EQ(set_to(plan, V4L2_CID_GAIN), 20);
+  EXPECT_EQ(plan.exposure_ns, 2'000'000);
+  EXPECT_TRUE(plan.notes.empty());
+  EXPECT_EQ(plan.settings.controls[0].id, static_cast<std::uint32_t>(V4L2_CID_EXPOSURE_AUTO)) << "before the value";
+}
+
+TEST(V4l2Plan, ReportsClampedValues) {
+  ScriptedV4l2Device device;
+  device.controls[V4L2_CID_EXPOSURE_ABSOLUTE] = {5, 100, 1, 50};
+  device.controls[V4L2_CID_ANALOGUE_GAIN] = {16, 64, 8, 16};
+  device.controls[V4L2_CID_GAIN] = {0, 255, 1, 0};
+  V4l2Ask ask = ask_for(64, 48);
+  ask.exposure_us = 40'000;
+  ask.gain = 1.5;
+  const V4l2Plan plan = planned(device, ask);
+  EXPECT_EQ(set_to(plan, V4L2_CID_EXPOSURE_ABSOLUTE), 100);
+  EXPECT_EQ(plan.exposure_ns, 10'000'000);
+  EXPECT_TRUE(noted(plan, "exposure 10000 us instead of 40000 us"));
+  EXPECT_EQ(set_to(plan, V4L2_CID_ANALOGUE_GAIN), 16);
+  EXPECT_EQ(set_to(plan, V4L2_CID_GAIN), -1) << "analogue gain goes before";
+  EXPECT_TRUE(noted(plan, "gain 16 instead of 1.5"));
+}
+
+TEST(V4l2Plan, SaysWhichControlsAreMissing) {
+  ScriptedV4l2Device device;
+  V4l2Ask ask = ask_for(64, 48);
+  ask.exposure_us = 2000;
+  ask.gain = 1;
+  const V4l2Plan without = planned(device, ask);
+  EXPECT_TRUE(noted(without, "exposure cannot be set: the device has no such control"));
+  EXPECT_TRUE(noted(without, "gain cannot be set"));
+  EXPECT_EQ(without.exposure_ns, 2'000'000);
+  device.controls[V4L2_CID_EXPOSURE] = {4, 1100, 1, 500};
+  const V4l2Plan lines = planned(device, ask);
+  EXPECT_TRUE(noted(lines, "the device takes lines (4 to 1100, now 500)"));
+  EXPECT_EQ(set_to(lines, V4L2_CID_EXPOSURE), -1);
+}
+
+TEST(V4l2Plan, LeavesExposureAloneWhenNoneIsAsked) {
+  ScriptedV4l2Device device;
+  device.controls[V4L2_CID_EXPOSURE_ABSOLUTE] = {5, 2500, 1, 150};
+  const V4l2Plan fixed = planned(device, ask_for(64, 48));
+  EXPECT_EQ(fixed.settings.control_count, 0);
+  EXPECT_EQ(fixed.exposure_ns, 15'000'000);
+  device.controls[V4L2_CID_EXPOSURE_AUTO] = {0, 3, 1, V4L2_EXPOSURE_APERTURE_PRIORITY, {0, 3}};
+  const V4l2Plan automatic = planned(device, ask_for(64, 48));
+  EXPECT_EQ(automatic.exposure_ns, 0);
+  EXPECT_TRUE(noted(automatic, "left automatic"));
+}
+
+TEST(V4l2Plan, ADeviceThatCannotSayItsRateIsTakenAtTheWord) {
+  ScriptedV4l2Device device;
+  device.errors[VIDIOC_G_PARM] = ENOTTY;
+  V4l2Ask ask = ask_for(64, 48);
+  ask.rate_hz = 50;
+  ask.rate_required = true;
+  const V4l2Plan plan = planned(device, ask);
+  EXPECT_TRUE(noted(plan, "frame rate cannot be set or read"));
+  EXPECT_EQ(plan.settings.period_ns(), 20'000'000);
+  EXPECT_FALSE(plan.settings.set_interval);
+}
+
+TEST(V4l2Plan, WorksWithMultiPlanarDevices) {
+  ScriptedV4l2Device device;
+  device.capabilities = V4L2_CAP_VIDEO_CAPTURE_MPLANE | V4L2_CAP_STREAMING;
+  device.formats = {{V4L2_PIX_FMT_NV12M}};
+  const V4l2Plan plan = planned(device, ask_for(64, 48));
+  EXPECT_TRUE(plan.settings.multi_planar);
+  EXPECT_EQ(plan.format.name, "NV12");
+}
+
+TEST(V4l2Plan, ListsRangesAndNamesCodes) {
+  V4l2Size range{1920, 1080, 320, 180, 2, 2, {{1, 60}, true}};
+  EXPECT_EQ(offers_text({{V4L2_PIX_FMT_GREY, "", false, {range}}, {V4L2_PIX_FMT_Y10, "", false, {}}, {V4L2_PIX_FMT_MJPEG, "", true, {}}}, "  ", "640x480"),
+            "  GREY 320x180 to 1920x1080 (1 to 60 Hz)\n  Y10 640x480\n  not usable: MJPG");
+  EXPECT_EQ(offers_text({}, "  ", ""), "  nothing");
+  EXPECT_EQ(fourcc_text(V4L2_PIX_FMT_Y10), "Y10");
+  EXPECT_EQ(v4l2_format_names(), "auto, GREY, Y10, Y12, Y16, YUYV, NV12");
+}
+
+}  // namespace
+}  // namespace srd
