@@ -12,6 +12,13 @@ void even_bytes(const std::uint8_t* __restrict from, std::uint8_t* __restrict to
   for (int i = 0; i < width; ++i) to[i] = from[2 * i];
 }
 
+// 77 + 150 + 29 = 256: the sum is below 2^16.
+template <int kRed, int kBlue>
+void luma(const std::uint8_t* __restrict from, std::uint8_t* __restrict to, int width) noexcept {
+  for (int i = 0; i < width; ++i)
+    to[i] = static_cast<std::uint8_t>((77 * from[3 * i + kRed] + 150 * from[3 * i + 1] + 29 * from[3 * i + kBlue]) >> 8);
+}
+
 template <int kBits>
 void high_bits(const std::uint8_t* __restrict from, std::uint8_t* __restrict to, int width) noexcept {
   constexpr int kDown = kBits - 8;
@@ -41,6 +48,8 @@ void convert_to_gray(GrayLayout layout, int bits, const std::uint8_t* from, int 
       case GrayLayout::kBytes: std::memcpy(to, from, static_cast<std::size_t>(width)); break;
       case GrayLayout::kEvenBytes: even_bytes(from, to, width); break;
       case GrayLayout::kLittleEndian: high_bits_of(bits, from, to, width); break;
+      case GrayLayout::kRgb: luma<0, 2>(from, to, width); break;
+      case GrayLayout::kBgr: luma<2, 0>(from, to, width); break;
     }
 }
 

@@ -11,9 +11,12 @@ enum class GrayLayout : std::uint8_t {
   kBytes,         // a byte a pixel, also the first plane of NV12 and YUV420: needs no conversion
   kEvenBytes,     // every second byte from the first one: YUYV
   kLittleEndian,  // two bytes a pixel, the low one first: 10, 12 and 16 bits
+  kRgb, kBgr,     // three bytes a pixel: (77 R + 150 G + 29 B) / 256, which keeps grey as it is
 };
 
-[[nodiscard]] constexpr int bytes_per_pixel(GrayLayout layout) { return layout == GrayLayout::kBytes ? 1 : 2; }
+[[nodiscard]] constexpr int bytes_per_pixel(GrayLayout layout) {
+  return layout == GrayLayout::kBytes ? 1 : layout == GrayLayout::kRgb || layout == GrayLayout::kBgr ? 3 : 2;
+}
 
 // width x height pixels from `from` (rows from_stride bytes apart) into `to`. bits: that a pixel of kLittleEndian uses,
 // 8 to 16, in the low end of its two bytes; the result is its highest eight. The images do not overlap.

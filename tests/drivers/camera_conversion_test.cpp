@@ -12,6 +12,8 @@ namespace {
 std::uint8_t one(GrayLayout layout, int bits, const std::uint8_t* row, int u) {
   if (layout == GrayLayout::kBytes) return row[u];
   if (layout == GrayLayout::kEvenBytes) return row[2 * u];
+  if (layout == GrayLayout::kRgb) return static_cast<std::uint8_t>((77u * row[3 * u] + 150u * row[3 * u + 1] + 29u * row[3 * u + 2]) / 256);
+  if (layout == GrayLayout::kBgr) return static_cast<std::uint8_t>((77u * row[3 * u + 2] + 150u * row[3 * u + 1] + 29u * row[3 * u]) / 256);
   const unsigned value = row[2 * u] + 256u * row[2 * u + 1];
   return static_cast<std::uint8_t>(value / (1u << (bits - 8)));
 }
@@ -19,7 +21,7 @@ std::uint8_t one(GrayLayout layout, int bits, const std::uint8_t* row, int u) {
 TEST(GrayConversion, EqualsTheDefinitionForAllSizesStridesAndMisalignments) {
   std::mt19937 random(7);
   for (int round = 0; round < 300; ++round) {
-    const auto layout = static_cast<GrayLayout>(random() % 3);
+    const auto layout = static_cast<GrayLayout>(random() % 5);
     const int bits = layout == GrayLayout::kLittleEndian ? 8 + static_cast<int>(random() % 9) : 8;
     const int width = 1 + static_cast<int>(random() % 150), height = 1 + static_cast<int>(random() % 5);
     const int from_stride = width * bytes_per_pixel(layout) + static_cast<int>(random() % 20);

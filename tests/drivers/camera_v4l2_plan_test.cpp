@@ -153,6 +153,17 @@ TEST(V4l2Plan, SaysWhichControlsAreMissing) {
   EXPECT_EQ(set_to(lines, V4L2_CID_EXPOSURE), -1);
 }
 
+TEST(V4l2Plan, LeavesOutControlsThatTheDeviceRefuses) {
+  ScriptedV4l2Device device;
+  device.controls[V4L2_CID_EXPOSURE_ABSOLUTE] = {5, 2500, 1, 150};
+  device.errors[VIDIOC_S_CTRL] = EACCES;
+  V4l2Ask ask = ask_for(64, 48);
+  ask.exposure_us = 2000;
+  const V4l2Plan plan = planned(device, ask);
+  EXPECT_EQ(plan.settings.control_count, 0);
+  EXPECT_TRUE(noted(plan, "exposure cannot be set: Permission denied"));
+}
+
 TEST(V4l2Plan, LeavesExposureAloneWhenNoneIsAsked) {
   ScriptedV4l2Device device;
   device.controls[V4L2_CID_EXPOSURE_ABSOLUTE] = {5, 2500, 1, 150};

@@ -115,6 +115,30 @@ void plan_gain(V4l2Port& port, std::optional<double> gain, V4l2Settings& setting
   plan.notes.push_back("gain cannot be set: the device has no such control");
 }
 
+const char* name_of(std::uint32_t id) {
+  switch (id) {
+    case V4L2_CID_EXPOSURE_AUTO: return "manual exposure";
+    case V4L2_CID_EXPOSURE_AUTO_PRIORITY: return "a fixed frame rate";
+    case V4L2_CID_EXPOSURE_ABSOLUTE: return "exposure";
+    case V4L2_CID_AUTOGAIN: return "manual gain";
+    default: return "gain";
+  }
+}
+
+// Sets the values in their order, and leaves out those that the device refuses: they would be refused each time.
+void leave_out_refused(V4l2Port& port, V4l2Settings& settings, V4l2ControlPlan& plan) {
+  int kept = 0;
+  for (int i = 0; i < settings.control_count; ++i) {
+    const V4l2Control control = settings.controls[static_cast<std::size_t>(i)];
+    v4l2_control set{control.id, control.value};
+    if (const int error = port.control(VIDIOC_S_CTRL, &set); error != 0)
+      plan.notes.push_back(std::string(name_of(control.id)) + " cannot be set: " + std::strerror(error));
+    else
+      settings.controls[static_cast<std::size_t>(kept++)] = control;
+  }
+  settings.control_count = kept;
+}
+
 }  // namespace
 
 V4l2ControlPlan plan_controls(V4l2Port& port, std::optional<std::int64_t> exposure_us, std::optional<double> gain,
@@ -122,6 +146,7 @@ V4l2ControlPlan plan_controls(V4l2Port& port, std::optional<std::int64_t> exposu
   V4l2ControlPlan plan;
   plan_exposure(port, exposure_us, settings, plan);
   plan_gain(port, gain, settings, plan);
+  leave_out_refused(port, settings, plan);
   return plan;
 }
 

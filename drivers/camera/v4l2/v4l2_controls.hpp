@@ -16,8 +16,8 @@ struct V4l2ControlPlan {
   std::vector<std::string> notes;  // what a person should know: values clamped, controls that are missing
 };
 
-// Adds to settings what switches automatic exposure and gain off and sets the values, in the order in which the device
-// needs them. exposure_us, gain (in the device's own units): none, left as they are. What the device cannot do is a note.
+// Sets, and adds to settings, what switches automatic exposure and gain off and then the values, in the order in which
+// the device needs them. exposure_us, gain (in the device's own units): none, left as they are. What the device cannot do is a note.
 [[nodiscard]] V4l2ControlPlan plan_controls(V4l2Port& port, std::optional<std::int64_t> exposure_us,
                                             std::optional<double> gain, V4l2Settings& settings);
 
