@@ -8,6 +8,7 @@
 
 #include "drivers/net/address.hpp"
 #include "drivers/camera/simulator/scene_truth.hpp"
+#include "firmware/config/camera_factory.hpp"
 #include "firmware/node/node.hpp"
 #include "firmware/service/last_end.hpp"
 
@@ -94,7 +95,7 @@ srd::Outcome<srd::firmware::RunReport> measure(const srd::firmware::NodeConfig& 
 
 int run(const Arguments& arguments) {
   if (arguments.list) {
-    std::puts("recording:FOLDER   images of a recording\nsimulator[:SEED]   a rendered flume");
+    std::fputs(srd::firmware::list_cameras().c_str(), stdout);
     return 0;
   }
   if (arguments.config.empty())
@@ -134,7 +135,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", SRD_VERSION);
   Arguments arguments;
   app.add_option("--config", arguments.config, "configuration, TOML");
-  app.add_option("--camera", arguments.camera, "recording:FOLDER or simulator[:SEED], instead of the file's");
+  app.add_option("--camera", arguments.camera, srd::firmware::CameraSource::kinds() + ", instead of the file's");
   app.add_option("--host", arguments.host, "ADDR:PORT of srd listen, instead of the file's");
   app.add_option("--frames", arguments.frames, "end after so many frames")->check(CLI::PositiveNumber);
   app.add_option("--rate", arguments.rate, "camera: at the recorded rate; max: as fast as possible, dropping nothing")
@@ -144,7 +145,7 @@ int main(int argc, char** argv) {
   app.add_flag("--force", arguments.force, "with --record: replace a recording that is there");
   app.add_option("--state", arguments.state, "folder that keeps how the last run ended, instead of the file's");
   app.add_flag("--check-config", arguments.check, "read everything the configuration names, then end");
-  app.add_flag("--list-cameras", arguments.list, "the kinds of camera that this build knows");
+  app.add_flag("--list-cameras", arguments.list, "the kinds of camera, and the cameras that are there");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

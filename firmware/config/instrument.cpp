@@ -2,10 +2,9 @@
 
 #include <sstream>
 
-#include "drivers/camera/recording_camera.hpp"
-#include "drivers/camera/simulator_camera.hpp"
 #include "drivers/recording/rig.hpp"
 #include "dsp/optics/water_index.hpp"
+#include "firmware/config/camera_factory.hpp"
 #include "firmware/config/view_check.hpp"
 
 namespace srd::firmware {
@@ -48,6 +47,10 @@ Outcome<std::optional<std::filesystem::path>> find_file(const NodeConfig& config
 }
 
 Problem missing(const NodeConfig& config, const char* key, const char* usual) {
+  if (config.camera->live())
+    return {Exit::kUsage, std::string("no ") + key, config_where(config),
+            std::string("geometry.") + key + (key == std::string_view("points") ? ", or a [pattern] grid" : ""), "none",
+            "a live camera has no folder to find it in"};
   return {Exit::kUsage, std::string("no ") + key, config_where(config),
           std::string("geometry.") + key + ", or " + usual + " in the recording's folder", "neither", ""};
 }
@@ -58,6 +61,12 @@ Points grid_points(const PatternGrid& grid) {
     for (int column = 0; column < grid.columns; ++column)
       points.emplace_back(grid.x0_mm + row * grid.square_mm, grid.y0_mm + column * grid.square_mm, 0);
   return points;
+}
+
+// The row through a point of the bottom, seen without water: water moves it by a few rows of hundreds.
+std::int32_t row_of(const dsp::View<double>& view, const dsp::Vec2<double>& point, int height) {
+  const auto xy = view.normalised({point.x(), point.y(), 0});
+  return xy ? row_fraction_of(view.camera.pixel(*xy).y(), height) : FrameTiming::kWholeHeight / 2;
 }
 
 Outcome<Rig> read_rig(const NodeConfig& config, Rig rig) {
@@ -101,29 +110,15 @@ Outcome<Instrument> make_instrument(const NodeConfig& config, FrameDeadline::Clo
   Rig rig;
   double index = config.refractive_index.value_or(dsp::water_index(20, 0, 589));
   double lx = config.lx_mm.value_or(0), ly = config.ly_mm.value_or(0);
-  if (config.camera->kind == "simulator") {
-    Scene scene = default_scene();
-    if (config.scene) {
-      auto read = read_scene(*config.scene);
-      if (!read) return read.error();
-      scene = *read;
-    }
-    if (!config.camera->argument.empty()) scene.seed = std::stoull(config.camera->argument);
-    rig = {scene.calibration, scene.pose, scene.points()};
-    if (!config.refractive_index) index = scene.media.water;
-    if (!config.lx_mm) lx = scene.surface.lx;
-    if (!config.ly_mm) ly = scene.surface.ly;
-    instrument.camera = std::make_unique<SimulatorCamera>(scene, SimulatorCameraOptions{config.pace, 0});
-    instrument.scene = std::move(scene);
-  } else {
-    // Before its calibration is missed: the folder's name is what is wrong.
-    std::error_code error;
-    if (!std::filesystem::is_directory(config.camera->argument, error))
-      return Problem{Exit::kInput, "no such folder", config.camera->argument, "a folder with a recording", "", "check the path"};
-    RecordingCameraOptions options;
-    options.pace = config.pace;
-    options.rate_hz = config.frame_rate_hz;
-    instrument.camera = std::make_unique<RecordingCamera>(config.camera->argument, options);
+  auto scene = scene_of(config);
+  if (!scene) return scene.error();
+  instrument.scene = std::move(scene).value();
+  if (instrument.scene) {
+    const Scene& rendered = *instrument.scene;
+    rig = {rendered.calibration, rendered.pose, rendered.points()};
+    if (!config.refractive_index) index = rendered.media.water;
+    if (!config.lx_mm) lx = rendered.surface.lx;
+    if (!config.ly_mm) ly = rendered.surface.ly;
   }
   auto read = read_rig(config, rig);
   if (!read) return read.error();
@@ -159,6 +154,10 @@ Outcome<Instrument> make_instrument(const NodeConfig& config, FrameDeadline::Clo
     return Problem{Exit::kUsage, "key 'detector.region_px'", config_where(config),
                    "a region inside the image of " + std::to_string(setup.width) + " x " + std::to_string(setup.height),
                    std::to_string(setup.region.u1) + ", " + std::to_string(setup.region.v1), ""};
+  auto camera = make_camera(config, instrument.scene,
+                            {setup.width, setup.height, row_of({rig.calibration->camera, *rig.pose}, pattern->centre(), setup.height)});
+  if (!camera) return camera.error();
+  instrument.camera = std::move(camera).value();
   dsp::EstimatorOptions estimator = config.estimator;
   if (config.deadline_us) {
     instrument.deadline = clock ? std::make_unique<FrameDeadline>(*config.deadline_us, std::move(clock))
@@ -179,7 +178,7 @@ Outcome<Instrument> make_instrument(const NodeConfig& config, FrameDeadline::Clo
 
   std::ostringstream text;
   text << "node      " << config.node_id << (config.host.empty() ? ", sends nothing" : ", sends to " + config.host) << "\n"
-       << "camera    " << config.camera->kind << ":" << config.camera->argument << ", " << setup.width << " x "
+       << "camera    " << config.camera->text() << ", " << setup.width << " x "
        << setup.height << "\n"
        << "pattern   " << pattern->size() << " corners, squares of " << pattern->square() << " mm\n"
        << "water     index " << index << ", " << config.plates.size() << " floor plates\n"

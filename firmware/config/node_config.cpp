@@ -29,18 +29,6 @@ void read_node(TomlTable node, const std::filesystem::path& folder, NodeConfig& 
   if (auto state = node.text("state")) config.state = folder / *state;
 }
 
-void read_camera(TomlTable camera, const std::filesystem::path& folder, NodeConfig& config) {
-  if (auto source = camera.text("source")) {
-    if (auto parsed = CameraSource::parse(*source))
-      config.camera = *parsed;
-    else
-      camera.complain("source", parsed.error().expected, parsed.error().found);
-  }
-  if (auto rate = camera.choice("rate", {"camera", "max"})) config.pace = *rate == "max" ? Pace::kMax : Pace::kCamera;
-  set(config.frame_rate_hz, camera.number("frame_rate_hz", {0.001, 10000, "Hz"}));
-  if (auto scene = camera.text("scene")) config.scene = folder / *scene;
-}
-
 void read_geometry(TomlTable geometry, NodeConfig& config) {
   set(config.calibration, geometry.text("calibration"));
   set(config.pose, geometry.text("pose"));
@@ -190,25 +178,6 @@ void read_estimator(TomlTable estimator, NodeConfig& config) {
 }
 
 }  // namespace
-
-Outcome<CameraSource> CameraSource::parse(const std::string& text) {
-  CameraSource source;
-  const std::size_t colon = text.find(':');
-  source.kind = text.substr(0, colon);
-  if (colon != std::string::npos) source.argument = text.substr(colon + 1);
-  const auto wrong = [&](std::string expected) {
-    return Problem{Exit::kUsage, "camera source", "", std::move(expected), "\"" + text + "\"", ""};
-  };
-  if (source.kind == "recording") {
-    if (source.argument.empty()) return wrong("recording:FOLDER");
-  } else if (source.kind == "simulator") {
-    if (source.argument.find_first_not_of("0123456789") != std::string::npos || source.argument.size() > 18)
-      return wrong("simulator or simulator:SEED with a whole number");
-  } else {
-    return wrong("recording:FOLDER or simulator[:SEED]");
-  }
-  return source;
-}
 
 Outcome<NodeConfig> NodeConfig::load(const std::filesystem::path& file) {
   Outcome<TomlFile> toml = TomlFile::load(file);

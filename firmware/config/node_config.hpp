@@ -10,6 +10,7 @@
 #include "drivers/camera/camera.hpp"
 #include "drivers/support/problem.hpp"
 #include "dsp/pipeline/surface_tracker.hpp"
+#include "firmware/config/camera_section.hpp"
 #include "firmware/config/realtime_section.hpp"
 #include "firmware/config/record_section.hpp"
 
@@ -18,13 +19,6 @@ class TomlFile;
 }
 
 namespace srd::firmware {
-
-// Where frames come from: "KIND" or "KIND:ARGUMENT".
-struct CameraSource {
-  std::string kind;
-  std::string argument;
-  [[nodiscard]] static Outcome<CameraSource> parse(const std::string& text);
-};
 
 // A regular grid of corners given in the configuration instead of a file of points. mm, W.
 struct PatternGrid {
@@ -42,8 +36,9 @@ struct NodeConfig {
 
   std::optional<CameraSource> camera;
   Pace pace = Pace::kCamera;
-  double frame_rate_hz = 50;       // of a recording without frames.csv
+  double frame_rate_hz = 50;       // of a live camera, and of a recording without frames.csv
   std::optional<std::filesystem::path> scene;  // of the simulator; none: the built-in flume
+  LiveCamera live;
 
   // Empty: what the camera brings along (a recording's folder, the simulator's scene).
   // "recording:PATH" is relative to the recording's folder, other paths to the configuration's.

@@ -129,6 +129,8 @@ class NodeRun {
     report.singular = value(counters.singular);
     report.singular_why = rank_text(loop_.last_singular(), tracker_.model().modes);
     report.disconnects = value(counters.disconnects);
+    report.camera_faults = camera_.faults().text();
+    report.camera_last_words = camera_.last_words();
     report.minor_faults = loop_.capture_faults().minor() + loop_.process_faults().minor();
     report.major_faults = loop_.capture_faults().major() + loop_.process_faults().major();
     report.seconds = std::chrono::duration<double>(Clock::now() - begin_).count();
@@ -208,6 +210,7 @@ Outcome<RunReport> run_node(const NodeConfig& config, Instrument& instrument, co
   Realtime realtime(config.realtime, instrument.camera->live());
   realtime.prepare();
   if (auto started = start_camera(config, instrument); !started) return started.error();
+  options.say(instrument.camera->summary());
   auto transmitter = start_transmitter(config, *instrument.camera);
   if (!transmitter) return transmitter.error();
   auto recorder = start_recorder(config, instrument);
@@ -225,6 +228,8 @@ std::string RunReport::text() const {
       << seconds << " s\n"
       << "tracking  found " << acquired << " times, lost " << lost_tracks << " times\n"
       << "dropped   " << dropped_by_source << " by the source, " << dropped_late << " late, " << bad << " unusable\n";
+  if (!camera_faults.empty()) out << "camera    " << camera_faults << "\n";
+  out << camera_last_words;
   if (minor_faults + major_faults > 0)
     out << "memory    " << minor_faults << " page faults without the disk, " << major_faults
         << " with it, in the frame loop after its first frames\n";

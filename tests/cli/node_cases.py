@@ -2,7 +2,7 @@
 
 from bench import NODE
 
-USAGE, INPUT, NETWORK = 2, 3, 5
+USAGE, INPUT, DEVICE, NETWORK = 2, 3, 4, 5
 CHECK = ("srd-node", "--config", "flume.toml", "--check-config")
 RUN = ("srd-node", "--config", "flume.toml")
 
@@ -97,6 +97,47 @@ CONFIGURATION = [
     ("no camera", config('source = "recording:rec"', ""), CHECK, USAGE, ["flume.toml", "no camera", "camera.source"]),
     ("unknown kind of camera in the file", config("recording:rec", "webcam:0"), CHECK, USAGE,
      ["flume.toml:4", "'camera.source'", "recording:FOLDER", "webcam:0"]),
+]
+
+def live(text, geometry=True):
+    """A live camera instead of the recording, with the recording's calibration, pose and points."""
+    rig = '[geometry]\ncalibration = "rec/calibration.yml"\npose = "rec/pose.yml"\npoints = "rec/points.txt"\n'
+    return lambda b: b.node(text=NODE.replace('source = "recording:rec"', text) + (rig if geometry else ""))
+
+
+V4L2 = 'source = "v4l2:/dev/no-such-camera"'
+
+CAMERA = [
+    ("v4l2 without a path", config("recording:rec", "v4l2:video0"), CHECK, USAGE,
+     ["flume.toml:4", "'camera.source'", "v4l2:/dev/videoN", "v4l2:video0"]),
+    ("libcamera with an empty id", config("recording:rec", "libcamera:"), CHECK, USAGE,
+     ["flume.toml:4", "'camera.source'", "libcamera:ID", "--list-cameras"]),
+    ("unknown pixel format", live(V4L2 + '\nformat = "RGB3"'), CHECK, USAGE,
+     ["flume.toml:5", "'camera.format'", "GREY", '"RGB3"']),
+    ("exposure of a minute", live(V4L2 + "\nexposure_us = 60000000"), CHECK, USAGE,
+     ["flume.toml:5", "'camera.exposure_us'", "from 1 to 1000000", "us"]),
+    ("exposure longer than a frame", live(V4L2 + "\nframe_rate_hz = 50\nexposure_us = 25000"), CHECK, USAGE,
+     ["flume.toml:6", "'camera.exposure_us'", "20000 us at 50 Hz", "25000"]),
+    ("one buffer", live(V4L2 + "\nbuffers = 1"), CHECK, USAGE, ["flume.toml:5", "'camera.buffers'", "from 3 to 32"]),
+    ("gain below nothing", live(V4L2 + "\ngain = -1.0"), CHECK, USAGE, ["flume.toml:5", "'camera.gain'", "found -1"]),
+    ("rolling shutter without its readout", live(V4L2 + '\nshutter = "rolling"'), CHECK, USAGE,
+     ["flume.toml", "'camera.readout_us' is missing", "rolling"]),
+    ("unknown shutter", live(V4L2 + '\nshutter = "leaf"'), CHECK, USAGE, ["flume.toml:5", "'camera.shutter'", "rolling", "leaf"]),
+    ("unknown stamp", live(V4L2 + '\nstamp = "middle"'), CHECK, USAGE,
+     ["flume.toml:5", "'camera.stamp'", "frame-start", "exposure-start", "middle"]),
+    ("trigger input with a word", live(V4L2 + '\ntrigger_input = "yes"'), CHECK, USAGE,
+     ["flume.toml:5", "'camera.trigger_input'", "true or false"]),
+    ("live camera of another size than the calibration", live(V4L2 + "\nwidth_px = 1280\nheight_px = 720"), CHECK, USAGE,
+     ["flume.toml", "camera.width_px", "640 x 320", "1280 x 720", "calibrate"]),
+    ("live camera without a calibration", live(V4L2, geometry=False), CHECK, USAGE,
+     ["flume.toml", "no calibration", "geometry.calibration", "live camera"]),
+    ("live camera that is not there", live(V4L2), RUN, DEVICE,
+     ["/dev/no-such-camera", "no such camera", "expected a video capture device", "--list-cameras"]),
+    ("live camera that is no video device", live('source = "v4l2:/dev/null"'), RUN, DEVICE,
+     ["/dev/null", "not a video device", "--list-cameras"]),
+    ("v4l2 on the command line without a path", config(None, None), (*RUN, "--camera", "v4l2:0"), USAGE,
+     ["--camera", "v4l2:/dev/videoN", '"v4l2:0"']),
+    ("libcamera without a camera", live('source = "libcamera:nobody"'), RUN, DEVICE, ["libcamera:nobody", "expected"]),
 ]
 
 RIG = [
@@ -199,4 +240,4 @@ COMMAND_LINE = [
      ["nowhere/t.csv", "cannot be written"]),
 ]
 
-CASES = CONFIGURATION + RIG + RECORDING + COMMAND_LINE
+CASES = CONFIGURATION + CAMERA + RIG + RECORDING + COMMAND_LINE
