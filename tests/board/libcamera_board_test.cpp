@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <fstream>
 #include <string>
 
 #include "drivers/camera/libcamera/libcamera_driver.hpp"
@@ -80,37 +79,6 @@ TEST_F(LibcameraBoard, StartsAgainAfterAStop) {
     camera->stop();
     EXPECT_EQ(camera->next(frame, kWait), Capture::kEnd);
   }
-}
-
-bool tell_driver(const char* what) {
-  std::ofstream file(std::string("/sys/bus/platform/drivers/vimc/") + what);
-  file << "vimc.0" << std::flush;
-  return file.good();
-}
-
-TEST_F(LibcameraBoard, ACameraThatIsRemovedAndReturnsIsTakenUpAgain) {
-  const auto camera = camera_for(options());
-  ASSERT_TRUE(camera->start().ok());
-  CameraFrame held, frame;
-  ASSERT_EQ(camera->next(held, kWait), Capture::kFrame);
-  ASSERT_TRUE(tell_driver("unbind")) << "run as root";
-  Capture got = Capture::kFrame;
-  for (int call = 0; call < 100 && got != Capture::kDisconnected; ++call) {
-    got = camera->next(frame, kWait);
-    if (got == Capture::kFrame) camera->give_back(frame);
-  }
-  EXPECT_EQ(got, Capture::kDisconnected);
-  EXPECT_EQ(camera->next(frame, kWait), Capture::kDisconnected);
-  camera->give_back(held);
-  ASSERT_TRUE(tell_driver("bind"));
-  for (int call = 0; call < 100 && got != Capture::kFrame; ++call) got = camera->next(frame, kWait);
-  ASSERT_EQ(got, Capture::kFrame);
-  EXPECT_GT(frame.sequence, held.sequence);
-  camera->give_back(frame);
-  EXPECT_EQ(camera->faults().disconnects, 1u);
-  EXPECT_EQ(camera->faults().reconnects, 1u);
-  camera->stop();
-  EXPECT_EQ(camera->last_words(), "");
 }
 
 TEST_F(LibcameraBoard, SaysWhatIsThere) {
