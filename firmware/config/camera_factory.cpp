@@ -45,6 +45,7 @@ Outcome<std::unique_ptr<Camera>> make_libcamera(const NodeConfig& config, const 
   options.width = place.width;
   options.height = place.height;
   options.rate_hz = config.frame_rate_hz;
+  options.rate_required = live.rate_required;
   options.exposure_us = live.exposure_us;
   options.gain = live.gain;
   options.buffers = live.buffers;

@@ -19,7 +19,7 @@ struct RunReport {
   std::uint64_t hurried = 0;    // frames whose fit the deadline ended
   std::uint64_t singular = 0;   // frames whose corners do not determine the coefficients
   std::string singular_why;     // of the last one
-  std::string camera_faults, camera_last_words;
+  std::string camera_faults, camera_last_words;  // of the driver; empty: nothing to say
   // Of the capturing and the processing thread, after their first frames.
   std::uint64_t minor_faults = 0, major_faults = 0;
   bool recording = false;       // frames were kept on disk

@@ -19,15 +19,19 @@ class V4l2Board : public testing::Test {
   void SetUp() override {
     vivid_ = Vivid::find();
     if (!vivid_) GTEST_SKIP() << "no vivid device: modprobe vivid";
-    ASSERT_TRUE(vivid_->set_input(vivid_->input_named("Webcam")));
-    ASSERT_TRUE(vivid_->choose("OSD Text Mode", "None"));
-    ASSERT_TRUE(vivid_->choose("Test Pattern", "16x16 Checkers"));
-    ASSERT_TRUE(vivid_->set("Percentage of Dropped Buffers", 0));
-    ASSERT_TRUE(vivid_->set("Wrap Sequence Number", 0));
+    prepare(*vivid_);
   }
-  V4l2CameraOptions options(const std::string& format = "auto") const {
+  static void prepare(Vivid& vivid) {
+    ASSERT_TRUE(vivid.set_input(vivid.input_named("Webcam")));
+    ASSERT_TRUE(vivid.choose("OSD Text Mode", "None"));
+    ASSERT_TRUE(vivid.choose("Test Pattern", "16x16 Checkers"));
+    ASSERT_TRUE(vivid.set("Percentage of Dropped Buffers", 0));
+    ASSERT_TRUE(vivid.set("Wrap Sequence Number", 0));
+  }
+  V4l2CameraOptions options(const std::string& format = "auto") const { return options_of(*vivid_, format); }
+  static V4l2CameraOptions options_of(const Vivid& vivid, const std::string& format) {
     V4l2CameraOptions made;
-    made.ask.path = vivid_->path();
+    made.ask.path = vivid.path();
     made.ask.format = format;
     made.ask.width = kWidth;
     made.ask.height = kHeight;
@@ -71,6 +75,21 @@ TEST_F(V4l2Board, EveryFormatGivesTheSameImage) {
     double worst = 0;
     for (std::size_t i = 0; i < grey.size(); ++i) worst = std::max(worst, std::abs(luma[i] - (16 + grey[i] * 219.0 / 255)));
     EXPECT_LE(worst, 2) << format;
+  }
+}
+
+TEST_F(V4l2Board, AMultiPlanarDeviceGivesTheSameImages) {
+  auto planar = Vivid::find(V4L2_CAP_VIDEO_CAPTURE_MPLANE);
+  if (!planar) GTEST_SKIP() << "no multi-planar vivid device: modprobe vivid n_devs=2 multiplanar=1,2";
+  prepare(*planar);
+  for (const char* pattern : {"16x16 Checkers", "Gray Ramp"}) {
+    ASSERT_TRUE(vivid_->choose("Test Pattern", pattern));
+    ASSERT_TRUE(planar->choose("Test Pattern", pattern));
+    for (const char* format : {"GREY", "Y10", "Y12", "Y16", "YUYV", "NV12"}) {
+      const auto image = one_image(options_of(*planar, format));
+      ASSERT_EQ(image.size(), static_cast<std::size_t>(kWidth * kHeight));
+      EXPECT_EQ(image, one_image(options(format))) << format << ", " << pattern;
+    }
   }
 }
 

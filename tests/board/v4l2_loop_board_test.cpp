@@ -2,10 +2,12 @@
 // the driver to surfaces. Nothing comes from the heap, and nothing is paged in, once it runs.
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/ioctl.h>
 #include <sys/mman.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <array>
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
@@ -15,6 +17,7 @@
 
 #include "drivers/camera/v4l2/v4l2_apply.hpp"
 #include "drivers/recording/image_file.hpp"
+#include "drivers/support/mapped_region.hpp"
 #include "drivers/support/unique_fd.hpp"
 #include "firmware/config/instrument.hpp"
 #include "firmware/loop/frame_loop.hpp"
@@ -26,7 +29,7 @@ namespace srd::board {
 namespace {
 
 constexpr int kWidth = 640, kHeight = 480;  // the least HDMI mode; the rendered frames fill its upper part
-constexpr int kImages = 12;
+constexpr std::uint32_t kImages = 12;
 
 // Where the flume's frames are: on a board the tests run without the source tree.
 std::string data_folder() {
@@ -74,9 +77,9 @@ class Player {
  public:
   static std::unique_ptr<Player> start(Vivid& output, const std::string& folder) {
     std::vector<std::vector<std::uint8_t>> frames;
-    for (int i = 0; i < kImages; ++i) {
+    for (std::uint32_t i = 0; i < kImages; ++i) {
       char name[32];
-      std::snprintf(name, sizeof name, "/frame_%06d.png", i);
+      std::snprintf(name, sizeof name, "/frame_%06u.png", i);
       const auto image = read_gray_image(folder + name);
       if (!image) return nullptr;
       std::vector<std::uint8_t> frame(static_cast<std::size_t>(kWidth * kHeight), 90);
@@ -92,13 +95,49 @@ class Player {
   }
 
  private:
+  static constexpr std::uint32_t kBuffers = 4;
   Player(const std::string& path, std::vector<std::vector<std::uint8_t>> frames)
       : frames_(std::move(frames)), file_(::open(path.c_str(), O_RDWR | O_CLOEXEC)), thread_([this] { play(); }) {}
+
+  static v4l2_buffer buffer(std::uint32_t index) {
+    v4l2_buffer made;
+    std::memset(&made, 0, sizeof made);
+    made.type = V4L2_BUF_TYPE_VIDEO_OUTPUT;
+    made.memory = V4L2_MEMORY_MMAP;
+    made.field = V4L2_FIELD_NONE;
+    made.index = index;
+    return made;
+  }
+  bool call(unsigned long request, void* argument) {
+    if (::ioctl(file_.get(), request, argument) == 0) return true;
+    std::perror("vivid's output");
+    return false;
+  }
   void play() {
-    for (int n = 0; !ending_; ++n) {
-      const int phase = n / 4 % (2 * kImages - 2);
-      const auto& frame = frames_[static_cast<std::size_t>(phase < kImages ? phase : 2 * kImages - 2 - phase)];
-      if (::write(file_.get(), frame.data(), frame.size()) < 0) return;
+    v4l2_requestbuffers wanted;
+    std::memset(&wanted, 0, sizeof wanted);
+    wanted.count = kBuffers;
+    wanted.type = V4L2_BUF_TYPE_VIDEO_OUTPUT;
+    wanted.memory = V4L2_MEMORY_MMAP;
+    if (!call(VIDIOC_REQBUFS, &wanted) || wanted.count != kBuffers) return;
+    std::array<MappedRegion, kBuffers> memory;
+    int type = V4L2_BUF_TYPE_VIDEO_OUTPUT;
+    for (std::uint32_t n = 0; !ending_; ++n) {
+      v4l2_buffer next = buffer(n % kBuffers);
+      if (n < kBuffers) {
+        if (!call(VIDIOC_QUERYBUF, &next)) return;
+        memory[n] = MappedRegion::of_file(file_.get(), next.length, next.m.offset, PROT_READ | PROT_WRITE);
+        if (!memory[n].valid()) return;
+      } else if (!call(VIDIOC_DQBUF, &next)) {  // waits
+        return;
+      }
+      const std::uint32_t phase = n / 4 % (2 * kImages - 2);
+      const auto& frame = frames_[phase < kImages ? phase : 2 * kImages - 2 - phase];
+      std::memcpy(memory[next.index].data(), frame.data(), frame.size());
+      next = buffer(next.index);
+      next.bytesused = static_cast<std::uint32_t>(frame.size());
+      if (!call(VIDIOC_QBUF, &next)) return;
+      if (n + 1 == kBuffers && !call(VIDIOC_STREAMON, &type)) return;
     }
   }
   std::vector<std::vector<std::uint8_t>> frames_;
@@ -131,6 +170,7 @@ TEST(V4l2LoopBoard, MeasuresLiveFramesWithoutHeapAndPageFaults) {
   ASSERT_EQ(output->port().control(VIDIOC_S_FMT, &format), 0);
   ASSERT_EQ(format.fmt.pix.pixelformat, static_cast<std::uint32_t>(V4L2_PIX_FMT_GREY));
   ASSERT_TRUE(input->set("Percentage of Dropped Buffers", 0));
+  ASSERT_TRUE(input->choose("OSD Text Mode", "None"));
   ASSERT_TRUE(input->set("Loop Video", 1));
   const std::string folder = data_folder();
   const auto player = Player::start(*output, folder);

@@ -55,7 +55,10 @@ class LibcameraSession {
   [[nodiscard]] const std::uint8_t* pixels(std::uint32_t buffer) const noexcept {
     return mapped_[buffer].region.data() + mapped_[buffer].offset;
   }
-  [[nodiscard]] int dma_buf(std::uint32_t buffer) const noexcept { return mapped_[buffer].fd; }
+  // -1: no such buffer (any more).
+  [[nodiscard]] int dma_buf(std::uint32_t buffer) const noexcept {
+    return buffer < mapped_.size() ? mapped_[buffer].fd : -1;
+  }
   [[nodiscard]] int buffers() const noexcept { return static_cast<int>(requests_.size()); }
   [[nodiscard]] int stride_bytes() const noexcept { return stride_; }
   [[nodiscard]] const LibcameraFormat& format() const noexcept { return format_; }
@@ -74,6 +77,7 @@ class LibcameraSession {
   Outcome<void> configure(const LibcameraOptions& options);
   Outcome<void> map_buffers(const LibcameraOptions& options);
   Outcome<libcamera::ControlList> choose_controls(const LibcameraOptions& options);
+  void abandon() noexcept;
   // On libcamera's thread.
   void completed(libcamera::Request* request);
   void disconnected();
