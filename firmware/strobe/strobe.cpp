@@ -51,6 +51,7 @@ void Strobe::stop() {
 void Strobe::captured(const CameraFrame& frame) noexcept {
   // Only a clock of this board tells when the next frames will be.
   if (frame.clock == ClockId::kUnknown || frame.clock == ClockId::kRecording) return;
+  if (frame.time_ns > clock_->now_ns() + clock_->offset_ns(frame.clock)) early_.fetch_add(1, std::memory_order_relaxed);
   scheduler_.offer({frame.sequence, frame.time_ns, frame.clock});
 }
 
@@ -84,6 +85,7 @@ StrobeReport Strobe::report() const {
   report.lit_frames = value(l.lit), report.dark_frames = value(l.dark), report.unlit = value(l.unlit);
   report.unlabelled = value(l.unlabelled), report.mislabelled = value(l.mislabelled), report.resyncs = value(l.resyncs);
   report.shift = labels_.shift();
+  report.early = value(early_);
   report.lit_level = value(l.lit_level) / 16.0, report.dark_level = value(l.dark_level) / 16.0;
   report.lateness = scheduler_.lateness().text();
   for (const OutputLine* line : {strobe_.get(), trigger_.get()})
@@ -109,6 +111,8 @@ std::string StrobeReport::text() const {
   if (shift != 0) out << " (light of " << shift << " exposures on: check camera.stamp)";
   if (lit_level > 0) out << "; level " << lit_level << " lit, " << dark_level << " dark";
   out << "\n";
+  if (early > 0)
+    out << "stamps    " << early << " frames came before the middle of their exposure: check camera.stamp and camera.readout_us\n";
   if (faults > 0) out << "line      " << faults << " times the GPIO line could not be switched\n";
   return out.str();
 }
