@@ -4,6 +4,8 @@
 
 #include <sstream>
 
+#include "firmware/config/node_config.hpp"
+
 namespace srd::firmware {
 
 Outcome<std::unique_ptr<Strobe>> Strobe::open(const StrobeSection& section, const FrameTiming& frame, double frame_rate_hz,
@@ -46,7 +48,12 @@ void Strobe::stop() {
   if (thread_.joinable()) thread_.join();
 }
 
-void Strobe::captured(const CameraFrame& frame) noexcept { scheduler_.offer({frame.sequence, frame.time_ns, frame.clock}); }
+void Strobe::captured(const CameraFrame& frame) noexcept {
+  // Only a clock of this board tells when the next frames will be.
+  if (frame.clock == ClockId::kUnknown || frame.clock == ClockId::kRecording) return;
+  if (frame.time_ns > clock_->now_ns() + clock_->offset_ns(frame.clock)) early_.fetch_add(1, std::memory_order_relaxed);
+  scheduler_.offer({frame.sequence, frame.time_ns, frame.clock});
+}
 
 void Strobe::label(CameraFrame& frame) noexcept {
   SpscRing<PulseRecord>& records = scheduler_.records();
@@ -78,6 +85,7 @@ StrobeReport Strobe::report() const {
   report.lit_frames = value(l.lit), report.dark_frames = value(l.dark), report.unlit = value(l.unlit);
   report.unlabelled = value(l.unlabelled), report.mislabelled = value(l.mislabelled), report.resyncs = value(l.resyncs);
   report.shift = labels_.shift();
+  report.early = value(early_);
   report.lit_level = value(l.lit_level) / 16.0, report.dark_level = value(l.dark_level) / 16.0;
   report.lateness = scheduler_.lateness().text();
   for (const OutputLine* line : {strobe_.get(), trigger_.get()})
@@ -103,12 +111,25 @@ std::string StrobeReport::text() const {
   if (shift != 0) out << " (light of " << shift << " exposures on: check camera.stamp)";
   if (lit_level > 0) out << "; level " << lit_level << " lit, " << dark_level << " dark";
   out << "\n";
+  if (early > 0)
+    out << "stamps    " << early << " frames came before the middle of their exposure: check camera.stamp and camera.readout_us\n";
   if (faults > 0) out << "line      " << faults << " times the GPIO line could not be switched\n";
   return out.str();
 }
 
-Outcome<void> check_strobe(const StrobeSection& section, const std::string& file) {
-  if (section.mode == StrobeMode::kOff || !gpiod_version().empty()) return {};
+Outcome<std::unique_ptr<Strobe>> open_strobe(const NodeConfig& config, const Camera& camera) {
+  if (config.strobe.mode == StrobeMode::kOff || !camera.live()) return std::unique_ptr<Strobe>();
+  const FrameTiming timing = camera.timing();
+  const std::int64_t window_us = timing.all_rows(0).length_ns() / 1000, needed_us = config.strobe.pulse_us + config.strobe.jitter_us;
+  if (!config.strobe.line.empty() && window_us < needed_us)
+    return Problem{Exit::kDevice, "the exposure that the camera has is too short for the strobe", config.camera->text(),
+                   "all rows integrating for strobe.pulse_us + strobe.jitter_us = " + std::to_string(needed_us) + " us",
+                   std::to_string(window_us) + " us", "lengthen camera.exposure_us"};
+  return Strobe::open(config.strobe, timing, config.frame_rate_hz, config.region);
+}
+
+Outcome<void> check_strobe(const StrobeSection& section, bool live, const std::string& file) {
+  if (section.mode == StrobeMode::kOff || !live || !gpiod_version().empty()) return {};
   return Problem{Exit::kUsage, std::string("strobe.mode is \"") + to_string(section.mode) + "\", and this build has no GPIO lines", file,
                  "a program built with libgpiod", "one without", "install libgpiod-dev and build again, or set strobe.mode = \"off\""};
 }

@@ -1,6 +1,7 @@
 // The strobe of a running node: its lines, its thread, the labels that it gives to frames.
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <string>
@@ -22,6 +23,7 @@ struct StrobeReport {
   double longest_us = 0;
   std::uint64_t triggers = 0, triggers_missed = 0, untriggered = 0, wall_steps = 0;
   std::uint64_t lit_frames = 0, dark_frames = 0, unlit = 0, unlabelled = 0, mislabelled = 0, resyncs = 0;
+  std::uint64_t early = 0;  // frames that came before the middle of their exposure: their stamps mark something else
   int shift = 0;
   double lit_level = 0, dark_level = 0;  // grey levels; 0: not known
   std::string lateness;
@@ -60,11 +62,17 @@ class Strobe final : public FrameLight {
   std::unique_ptr<StrobeClock> clock_;
   StrobeScheduler scheduler_;
   FrameLabels labels_;
+  std::atomic<std::uint64_t> early_{0};
   std::thread thread_;
 };
 
+struct NodeConfig;
+// The strobe that a configuration asks for: see Strobe::open. Null when it asks for none, or the camera (started) is not
+// live. kDevice when the camera's own exposure is too short for the pulses.
+[[nodiscard]] Outcome<std::unique_ptr<Strobe>> open_strobe(const NodeConfig& config, const Camera& camera);
+
 // Whether this program can do what the section asks, without opening a device: kUsage when it has no GPIO lines.
-[[nodiscard]] Outcome<void> check_strobe(const StrobeSection& section, const std::string& file);
+[[nodiscard]] Outcome<void> check_strobe(const StrobeSection& section, bool live, const std::string& file);
 // For the node's summary, with its end; empty when off. live: cameras that take no light from this board are not strobed.
 [[nodiscard]] std::string summary_of(const StrobeSection& section, bool live);
 

@@ -112,6 +112,7 @@ TEST(FrameLoop, AStrobeRunsBesideItAndLabelsItsFrames) {
   EXPECT_EQ(strobe.late(), report.late);
   // Images that are all alike cannot tell lit from dark: the records are believed.
   EXPECT_EQ(report.mislabelled, 0u);
+  EXPECT_EQ(report.early, 0u);
   for (const char* words : {"strobe    ", " Hz", "pulses    ", "late", "lateness  ", "worst", "mislabelled"})
     EXPECT_NE(report.text().find(words), std::string::npos) << report.text();
   std::printf("%s", report.text().c_str());
