@@ -6,6 +6,7 @@
 #include "dsp/optics/water_index.hpp"
 #include "firmware/config/camera_factory.hpp"
 #include "firmware/config/view_check.hpp"
+#include "firmware/strobe/strobe.hpp"
 
 namespace srd::firmware {
 
@@ -187,7 +188,9 @@ Outcome<Instrument> make_instrument(const NodeConfig& config, FrameDeadline::Clo
   text << ", Lx " << lx << " mm, Ly " << ly << " mm\n"
        << check_view(config, {rig.calibration->camera, *rig.pose}, model.cast<double>(), media.cast<double>(),
                      pattern->points(), setup.width, setup.height);
-  instrument.summary = text.str();
+  const bool live = instrument.camera->live();
+  if (auto possible = check_strobe(config.strobe, live, config_where(config)); !possible) return possible.error();
+  instrument.summary = text.str() + summary_of(config.strobe, live);
   return instrument;
 }
 

@@ -197,6 +197,8 @@ Outcome<NodeConfig> NodeConfig::read(const TomlFile& toml, const std::filesystem
   TomlTable root = toml.root();
   read_node(root.table("node"), file.parent_path(), config);
   read_camera(root.table("camera"), file.parent_path(), config);
+  config.strobe = read_strobe(root.table("strobe"), {config.frame_rate_hz, config.live.exposure_us, config.live.shutter,
+                                                     config.live.readout_us, config.live.trigger_input});
   read_geometry(root.table("geometry"), config);
   read_pattern(root.table("pattern"), config);
   read_water(root.table("water"), config);

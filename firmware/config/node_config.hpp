@@ -13,6 +13,7 @@
 #include "firmware/config/camera_section.hpp"
 #include "firmware/config/realtime_section.hpp"
 #include "firmware/config/record_section.hpp"
+#include "firmware/config/strobe_section.hpp"
 
 namespace srd {
 class TomlFile;
@@ -39,6 +40,8 @@ struct NodeConfig {
   double frame_rate_hz = 50;       // of a live camera, and of a recording without frames.csv
   std::optional<std::filesystem::path> scene;  // of the simulator; none: the built-in flume
   LiveCamera live;
+
+  StrobeSection strobe;
 
   // Empty: what the camera brings along (a recording's folder, the simulator's scene).
   // "recording:PATH" is relative to the recording's folder, other paths to the configuration's.

@@ -71,15 +71,17 @@ Outcome<std::unique_ptr<FrameRecorder>> start_recorder(const NodeConfig& config,
 class NodeRun {
  public:
   NodeRun(Instrument& instrument, const RunOptions& options,
-          std::unique_ptr<Transmitter> transmitter, std::unique_ptr<FrameRecorder> recorder, Realtime& realtime, const std::atomic<bool>& stop)
+          std::unique_ptr<Transmitter> transmitter, std::unique_ptr<FrameRecorder> recorder, std::unique_ptr<Strobe> strobe,
+          Realtime& realtime, const std::atomic<bool>& stop)
       : camera_(*instrument.camera),
         tracker_(*instrument.tracker),
         options_(options),
         transmitter_(std::move(transmitter)),
         recorder_(std::move(recorder)),
+        strobe_(std::move(strobe)),
         realtime_(realtime),
         stop_(stop),
-        loop_(camera_, tracker_, {options.frames, instrument.refractive_index, instrument.deadline.get(), see()},
+        loop_(camera_, tracker_, {options.frames, instrument.refractive_index, instrument.deadline.get(), see(), strobe_.get()},
               [this](const proto::CoefficientFrame& record) { return deliver(record); }) {}
 
   void measure() {
@@ -97,6 +99,11 @@ class NodeRun {
       loop_.process();
       running_.fetch_sub(1, std::memory_order_release);
     });
+    if (strobe_)
+      strobe_->start([this] {
+        realtime_.enter(ThreadRole::kStrobe);
+        entered_.count_down();
+      });
     blocked.reset();
     entered_.wait();
     realtime_.lock();
@@ -108,6 +115,7 @@ class NodeRun {
     }
     capture.join();
     process.join();
+    if (strobe_) strobe_->stop();
     service_.stopping();
     camera_.stop();
     if (recorder_) recorder_->finish();
@@ -134,6 +142,7 @@ class NodeRun {
     report.minor_faults = loop_.capture_faults().minor() + loop_.process_faults().minor();
     report.major_faults = loop_.capture_faults().major() + loop_.process_faults().major();
     report.seconds = std::chrono::duration<double>(Clock::now() - begin_).count();
+    if (strobe_) report.strobe = strobe_->report();
     if (recorder_) {
       report.recording = true;
       report.recorded_to = recorder_->folder().string();
@@ -144,7 +153,7 @@ class NodeRun {
     if (transmitter_) {
       report.sent = true;
       transmitter_->set_status(
-          StatusMaker(options_.version, options_.restart).make(loop_, recorder_.get(), std::max(report.seconds, 1e-3), true));
+          StatusMaker(options_.version, options_.restart).make(loop_, recorder_.get(), strobe_.get(), std::max(report.seconds, 1e-3), true));
       report.transmitter = transmitter_->finish();
     }
     return report;
@@ -181,7 +190,7 @@ class NodeRun {
     if (now < next_status_) return;
     next_status_ += kStatusInterval;
     watch_recorder();
-    const proto::NodeStatus status = status_.make(loop_, recorder_.get(), 1, false);
+    const proto::NodeStatus status = status_.make(loop_, recorder_.get(), strobe_.get(), 1, false);
     service_.status(status_text(status, progress.away));
     if (transmitter_) transmitter_->set_status(status);
   }
@@ -191,13 +200,14 @@ class NodeRun {
   const RunOptions& options_;
   std::unique_ptr<Transmitter> transmitter_;
   std::unique_ptr<FrameRecorder> recorder_;
+  std::unique_ptr<Strobe> strobe_;
   bool said_stopped_ = false;
   Realtime& realtime_;
   const std::atomic<bool>& stop_;
   FrameLoop loop_;
   ServiceNotifier service_;
   FrameWatchdog watchdog_{service_.watchdog_ns()};
-  std::latch entered_{2};
+  std::latch entered_{strobe_ ? 3 : 2};
   std::atomic<int> running_{2};
   StatusMaker status_{options_.version, options_.restart};
   Clock::time_point begin_, next_status_;
@@ -216,7 +226,9 @@ Outcome<RunReport> run_node(const NodeConfig& config, Instrument& instrument, co
   auto recorder = start_recorder(config, instrument);
   if (!recorder) return recorder.error();
   if (*recorder) options.say("recording " + (*recorder)->folder().string() + "\n");
-  NodeRun run(instrument, options, std::move(*transmitter), std::move(*recorder), realtime, stop);
+  auto strobe = open_strobe(config, *instrument.camera);
+  if (!strobe) return strobe.error();
+  NodeRun run(instrument, options, std::move(*transmitter), std::move(*recorder), std::move(*strobe), realtime, stop);
   run.measure();
   return run.report();
 }
@@ -233,6 +245,7 @@ std::string RunReport::text() const {
   if (minor_faults + major_faults > 0)
     out << "memory    " << minor_faults << " page faults without the disk, " << major_faults
         << " with it, in the frame loop after its first frames\n";
+  out << strobe.text();
   if (hurried > 0) out << "deadline  ended the fit of " << hurried << " frames\n";
   if (singular > 0) out << "singular  " << singular << " frames: " << singular_why << "\n";
   if (recording)

@@ -9,6 +9,7 @@
 #include "firmware/config/instrument.hpp"
 #include "firmware/loop/frame_loop.hpp"
 #include "firmware/node/status_maker.hpp"
+#include "firmware/strobe/strobe.hpp"
 #include "firmware/transmit/transmitter.hpp"
 
 namespace srd::firmware {
@@ -25,6 +26,7 @@ struct RunReport {
   bool recording = false;       // frames were kept on disk
   std::string recorded_to, record_problem;  // the folder; why it ended before the run did, empty: it did not
   std::uint64_t recorded = 0, record_dropped = 0;
+  StrobeReport strobe;
   bool sent = false;  // whether there was a host to send to
   TransmitterReport transmitter;
   double seconds = 0;

@@ -21,7 +21,8 @@ StatusMaker::StatusMaker(std::string_view version, const Restart& restart) {
   constant_.restarts = restart.restarts;
 }
 
-proto::NodeStatus StatusMaker::make(const FrameLoop& loop, const FrameRecorder* recorder, double seconds, bool stopping) {
+proto::NodeStatus StatusMaker::make(const FrameLoop& loop, const FrameRecorder* recorder, const Strobe* strobe,
+                                     double seconds, bool stopping) {
   const FrameCounters& counters = loop.counters();
   proto::NodeStatus status = constant_;
   status.state = stopping ? proto::NodeState::kStopping
@@ -37,6 +38,7 @@ proto::NodeStatus StatusMaker::make(const FrameLoop& loop, const FrameRecorder* 
   status.disconnects = value(counters.disconnects);
   status.minor_faults = loop.capture_faults().minor() + loop.process_faults().minor();
   status.major_faults = loop.capture_faults().major() + loop.process_faults().major();
+  if (strobe != nullptr) status.strobe_late = strobe->late();
   if (recorder != nullptr) {
     status.recording = recorder->stopped() ? proto::RecordState::kStopped : proto::RecordState::kRecording;
     status.recorded = recorder->recorded();
@@ -59,6 +61,7 @@ std::string status_text(const proto::NodeStatus& status, bool camera_away) {
       << " frames/s, dropped " << status.dropped_by_source << " by the source, " << status.dropped_late << " late";
   if (std::isfinite(status.temperature_c)) out << ", " << status.temperature_c << " C";
   if ((status.throttled & proto::Throttled::kNow) != 0) out << ", " << proto::throttled_text(status.throttled);
+  if (status.strobe_late > 0) out << ", " << status.strobe_late << " pulses late";
   if (status.recording == proto::RecordState::kRecording) out << ", " << status.recorded << " frames recorded";
   if (status.recording == proto::RecordState::kStopped) out << ", recording stopped";
   return out.str();

@@ -7,6 +7,7 @@
 #include "firmware/health/board_health.hpp"
 #include "firmware/loop/frame_loop.hpp"
 #include "firmware/record/frame_recorder.hpp"
+#include "firmware/strobe/strobe.hpp"
 #include "proto/messages.hpp"
 
 namespace srd::firmware {
@@ -21,8 +22,9 @@ class StatusMaker {
  public:
   StatusMaker(std::string_view version, const Restart& restart);
 
-  // seconds: since the last call, for the rates. recorder: may be null.
-  [[nodiscard]] proto::NodeStatus make(const FrameLoop& loop, const FrameRecorder* recorder, double seconds, bool stopping);
+  // seconds: since the last call, for the rates. recorder, strobe: may be null.
+  [[nodiscard]] proto::NodeStatus make(const FrameLoop& loop, const FrameRecorder* recorder, const Strobe* strobe,
+                                       double seconds, bool stopping);
 
  private:
   proto::NodeStatus constant_;  // what does not change during a run

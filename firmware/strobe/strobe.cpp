@@ -4,6 +4,8 @@
 
 #include <sstream>
 
+#include "firmware/config/node_config.hpp"
+
 namespace srd::firmware {
 
 Outcome<std::unique_ptr<Strobe>> Strobe::open(const StrobeSection& section, const FrameTiming& frame, double frame_rate_hz,
@@ -46,7 +48,11 @@ void Strobe::stop() {
   if (thread_.joinable()) thread_.join();
 }
 
-void Strobe::captured(const CameraFrame& frame) noexcept { scheduler_.offer({frame.sequence, frame.time_ns, frame.clock}); }
+void Strobe::captured(const CameraFrame& frame) noexcept {
+  // Only a clock of this board tells when the next frames will be.
+  if (frame.clock == ClockId::kUnknown || frame.clock == ClockId::kRecording) return;
+  scheduler_.offer({frame.sequence, frame.time_ns, frame.clock});
+}
 
 void Strobe::label(CameraFrame& frame) noexcept {
   SpscRing<PulseRecord>& records = scheduler_.records();
@@ -107,8 +113,19 @@ std::string StrobeReport::text() const {
   return out.str();
 }
 
-Outcome<void> check_strobe(const StrobeSection& section, const std::string& file) {
-  if (section.mode == StrobeMode::kOff || !gpiod_version().empty()) return {};
+Outcome<std::unique_ptr<Strobe>> open_strobe(const NodeConfig& config, const Camera& camera) {
+  if (config.strobe.mode == StrobeMode::kOff || !camera.live()) return std::unique_ptr<Strobe>();
+  const FrameTiming timing = camera.timing();
+  const std::int64_t window_us = timing.all_rows(0).length_ns() / 1000, needed_us = config.strobe.pulse_us + config.strobe.jitter_us;
+  if (!config.strobe.line.empty() && window_us < needed_us)
+    return Problem{Exit::kDevice, "the exposure that the camera has is too short for the strobe", config.camera->text(),
+                   "all rows integrating for strobe.pulse_us + strobe.jitter_us = " + std::to_string(needed_us) + " us",
+                   std::to_string(window_us) + " us", "lengthen camera.exposure_us"};
+  return Strobe::open(config.strobe, timing, config.frame_rate_hz, config.region);
+}
+
+Outcome<void> check_strobe(const StrobeSection& section, bool live, const std::string& file) {
+  if (section.mode == StrobeMode::kOff || !live || !gpiod_version().empty()) return {};
   return Problem{Exit::kUsage, std::string("strobe.mode is \"") + to_string(section.mode) + "\", and this build has no GPIO lines", file,
                  "a program built with libgpiod", "one without", "install libgpiod-dev and build again, or set strobe.mode = \"off\""};
 }

@@ -63,8 +63,13 @@ class Strobe final : public FrameLight {
   std::thread thread_;
 };
 
+struct NodeConfig;
+// The strobe that a configuration asks for: see Strobe::open. Null when it asks for none, or the camera (started) is not
+// live. kDevice when the camera's own exposure is too short for the pulses.
+[[nodiscard]] Outcome<std::unique_ptr<Strobe>> open_strobe(const NodeConfig& config, const Camera& camera);
+
 // Whether this program can do what the section asks, without opening a device: kUsage when it has no GPIO lines.
-[[nodiscard]] Outcome<void> check_strobe(const StrobeSection& section, const std::string& file);
+[[nodiscard]] Outcome<void> check_strobe(const StrobeSection& section, bool live, const std::string& file);
 // For the node's summary, with its end; empty when off. live: cameras that take no light from this board are not strobed.
 [[nodiscard]] std::string summary_of(const StrobeSection& section, bool live);
 
