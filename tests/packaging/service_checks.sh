@@ -17,7 +17,7 @@ check() { # name, command...
   fi
 }
 comes_to() { # state; an emulated board takes its time
-  for try in $(seq 30); do
+  for _ in $(seq 30); do
     [ "$(systemctl show -P ActiveState $unit)" != "$1" ] || return 0
     sleep 1
   done
@@ -35,7 +35,7 @@ threads_have() { # policy and priority
 status_has() { grep -E "$1" /proc/"$(main_pid)"/status || { cat /proc/"$(main_pid)"/status; false; }; }
 toggles() { # the line is seen high and low
   seen=
-  for try in $(seq 400); do
+  for _ in $(seq 400); do
     case $(line) in
       1) seen=${seen}h ;;
       0) seen=${seen}l ;;
@@ -45,7 +45,7 @@ toggles() { # the line is seen high and low
   false
 }
 restarted() {
-  for try in $(seq 30); do
+  for _ in $(seq 30); do
     [ "$(systemctl show -P NRestarts $unit)" -eq 0 ] || { comes_to active; return; }
     sleep 1
   done
