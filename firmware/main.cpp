@@ -12,6 +12,7 @@
 #include "firmware/doctor/doctor.hpp"
 #include "firmware/node/node.hpp"
 #include "firmware/service/last_end.hpp"
+#include "firmware/strobe/lines_low.hpp"
 
 namespace {
 
@@ -33,7 +34,7 @@ int fail(const srd::Problem& problem) {
 struct Arguments {
   std::string config, camera, host, rate, truth, record, state;
   std::uint64_t frames = 0;
-  bool check = false, list = false, force = false, doctor = false;
+  bool check = false, strobe_low = false, list = false, force = false, doctor = false;
 };
 
 // What the command line says goes before what the file says.
@@ -123,6 +124,10 @@ int run(const Arguments& arguments) {
     return fail({srd::Exit::kUsage, "no configuration", "--config", "a file", "none", "see board/ for profiles"});
   auto config = srd::firmware::NodeConfig::load(arguments.config);
   if (!config) return fail(config.error());
+  if (arguments.strobe_low) {
+    const auto low = srd::firmware::switch_lines_low(config->strobe);
+    return low ? 0 : fail(low.error());
+  }
   if (auto overridden = override_config(arguments, *config); !overridden) return fail(overridden.error());
   if (auto good = check_host(arguments, *config); !good) return fail(good.error());
   std::signal(SIGINT, request_stop);
@@ -168,6 +173,7 @@ int main(int argc, char** argv) {
   app.add_option("--state", arguments.state, "folder that keeps how the last run ended, instead of the file's");
   app.add_flag("--check-config", arguments.check, "read everything the configuration names, then end");
   app.add_flag("--doctor", arguments.doctor, "examine camera, GPIO, clock, permissions, network and disk, say what to do");
+  app.add_flag("--strobe-low", arguments.strobe_low, "switch the configuration's strobe and trigger lines off, then end");
   app.add_flag("--list-cameras", arguments.list, "the kinds of camera, and the cameras that are there");
   try {
     app.parse(argc, argv);

@@ -3,7 +3,7 @@
 set -eu
 model=$(tr -d '\000' 2>/dev/null <"${SRD_MODEL_FILE:-/proc/device-tree/model}" || true)
 case $model in
-  "Raspberry Pi 4"* | "Raspberry Pi Compute Module 4"* | "Raspberry Pi 400"*) echo raspberrypi-4 ;;
-  "Raspberry Pi 5"* | "Raspberry Pi Compute Module 5"* | "Raspberry Pi 500"*) echo raspberrypi-5 ;;
+  "Raspberry Pi 4"* | "Raspberry Pi Compute Module 4"*) echo raspberrypi-4 ;;
+  "Raspberry Pi 5"* | "Raspberry Pi Compute Module 5"*) echo raspberrypi-5 ;;
   *) echo generic-v4l2 ;;
 esac

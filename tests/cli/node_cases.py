@@ -250,6 +250,10 @@ COMMAND_LINE = [
      ["new", "too little room", "1000000000 MiB", "record.min_free_mib"]),
     ("state in a file", config(None, None), (*RUN, "--state", "flume.toml"), INPUT,
      ["flume.toml/last_end", "cannot keep how the node ended", "--state"]),
+    ("lines to switch off that are not there",
+     lambda b: b.node(text=NODE.replace('[camera]', '[camera]\nexposure_us = 2000') +
+                      '[strobe]\nmode = "follow"\nchip = "no-such-chip"\nline = "LED"\n'),
+     ("srd-node", "--config", "flume.toml", "--strobe-low"), DEVICE, ["no-such-chip", "GPIO chip"]),
     ("truth of a recording", config(None, None), (*RUN, "--truth", "t.csv"), USAGE, ["--truth", "simulator", "recording"]),
     ("truth in a folder that is not there", config(None, None),
      (*RUN, "--camera", "simulator", "--frames", "1", "--truth", "nowhere/t.csv"), INPUT,

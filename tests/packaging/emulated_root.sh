@@ -1,3 +1,4 @@
+# shellcheck shell=bash
 # Sourced by the scripts of this folder, after toolchains/debian_packages.sh: Debian systems of other architectures, run by qemu.
 
 # Programs of another architecture run through qemu, which the kernel must know of. F: found once, outside the root.

@@ -69,7 +69,7 @@ check "owners and modes" modes_are_right
 check "configuration is the board's profile" cmp $node $profile
 check "each profile passes --check-config" checks_every_profile
 check "unit: systemd-analyze verify" is_quiet systemd-analyze --man=no verify $unit
-check "unit: security at most 2.0" systemd-analyze security --offline=true --threshold=20 $unit
+check "unit: security at most 2.1" systemd-analyze security --offline=true --threshold=21 $unit
 check "service is enabled" is_enabled
 check "service waits while unedited" waits_for_edits
 check "system user and its groups" has_its_user

@@ -1,0 +1,13 @@
+// The strobe's lines switched off by somebody else than the node that used them: after one that was killed.
+#pragma once
+
+#include "drivers/support/problem.hpp"
+#include "firmware/config/strobe_section.hpp"
+
+namespace srd::firmware {
+
+// Every line of the section off, then released. Nothing happens when the section has none. kDevice for a line that is not
+// there, not permitted, or in use by a node that runs.
+[[nodiscard]] Outcome<void> switch_lines_low(const StrobeSection& section);
+
+}  // namespace srd::firmware
