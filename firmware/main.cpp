@@ -9,6 +9,7 @@
 #include "drivers/net/address.hpp"
 #include "drivers/camera/simulator/scene_truth.hpp"
 #include "firmware/config/camera_factory.hpp"
+#include "firmware/doctor/doctor.hpp"
 #include "firmware/node/node.hpp"
 #include "firmware/service/last_end.hpp"
 
@@ -32,7 +33,7 @@ int fail(const srd::Problem& problem) {
 struct Arguments {
   std::string config, camera, host, rate, truth, record, state;
   std::uint64_t frames = 0;
-  bool check = false, list = false, force = false;
+  bool check = false, list = false, force = false, doctor = false;
 };
 
 // What the command line says goes before what the file says.
@@ -54,15 +55,17 @@ srd::Outcome<void> override_config(const Arguments& arguments, srd::firmware::No
   config.record.force = arguments.force;
   if (!arguments.state.empty()) config.state = arguments.state;
   if (config.state.empty()) config.state = srd::firmware::LastEnd::service_folder();
-  if (!config.host.empty()) {
-    const std::string where = arguments.host.empty() ? config.file.string() : "--host";
-    auto address = srd::Address::parse(config.host, where);
-    if (!address) return address.error();
-    if (address->port() == 0)
-      return srd::Problem{srd::Exit::kUsage, "no port to send to", where, "HOST:PORT with a port of 1..65535",
-                          "'" + config.host + "'", "the port of srd listen, 47810 unless it was given another"};
-  }
   return {};
+}
+
+srd::Outcome<void> check_host(const Arguments& arguments, const srd::firmware::NodeConfig& config) {
+  if (config.host.empty()) return {};
+  const std::string where = arguments.host.empty() ? config.file.string() : "--host";
+  auto address = srd::Address::parse(config.host, where);
+  if (!address) return address.error();
+  if (address->port() != 0) return {};
+  return srd::Problem{srd::Exit::kUsage, "no port to send to", where, "HOST:PORT with a port of 1..65535",
+                      "'" + config.host + "'", "the port of srd listen, 47810 unless it was given another"};
 }
 
 int report_on(const srd::firmware::RunReport& report, const Arguments& arguments, const std::string& host,
@@ -93,16 +96,35 @@ srd::Outcome<srd::firmware::RunReport> measure(const srd::firmware::NodeConfig& 
   return srd::firmware::run_node(config, instrument, options, stop_requested);
 }
 
+// Tells everything, whatever fails.
+int examine(const Arguments& arguments) {
+  srd::firmware::Diagnosis diagnosis([](const srd::firmware::Finding& finding) {
+    std::fputs(finding.text().c_str(), stdout);
+    std::fflush(stdout);
+  });
+  if (arguments.config.empty()) {
+    srd::firmware::examine(nullptr, {}, diagnosis);
+  } else {
+    auto config = srd::firmware::NodeConfig::load(arguments.config);
+    if (config)
+      if (auto overridden = override_config(arguments, *config); !overridden) config = overridden.error();
+    srd::firmware::examine(&config, {}, diagnosis);
+  }
+  return static_cast<int>(diagnosis.exit());
+}
+
 int run(const Arguments& arguments) {
   if (arguments.list) {
     std::fputs(srd::firmware::list_cameras().c_str(), stdout);
     return 0;
   }
+  if (arguments.doctor) return examine(arguments);
   if (arguments.config.empty())
     return fail({srd::Exit::kUsage, "no configuration", "--config", "a file", "none", "see board/ for profiles"});
   auto config = srd::firmware::NodeConfig::load(arguments.config);
   if (!config) return fail(config.error());
   if (auto overridden = override_config(arguments, *config); !overridden) return fail(overridden.error());
+  if (auto good = check_host(arguments, *config); !good) return fail(good.error());
   std::signal(SIGINT, request_stop);
   std::signal(SIGTERM, request_stop);
   const auto last_end = srd::firmware::LastEnd::open(arguments.check ? "" : config->state);
@@ -145,6 +167,7 @@ int main(int argc, char** argv) {
   app.add_flag("--force", arguments.force, "with --record: replace a recording that is there");
   app.add_option("--state", arguments.state, "folder that keeps how the last run ended, instead of the file's");
   app.add_flag("--check-config", arguments.check, "read everything the configuration names, then end");
+  app.add_flag("--doctor", arguments.doctor, "examine camera, GPIO, clock, permissions, network and disk, say what to do");
   app.add_flag("--list-cameras", arguments.list, "the kinds of camera, and the cameras that are there");
   try {
     app.parse(argc, argv);

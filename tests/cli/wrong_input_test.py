@@ -14,6 +14,7 @@ CASES += [(f"srd {case[2][1] if len(case[2]) > 1 else ''}: {case[0]}", *case[1:]
 # The good input that the cases spoil: were it wrong itself, a case could pass for another reason than its own.
 GOOD = [
     ("srd-node checks", lambda b: b.node(), node_cases.CHECK),
+    ("srd-node examines", lambda b: b.node(), (*node_cases.RUN, "--doctor")),
     ("srd-node runs", lambda b: b.node(), node_cases.RUN),
     ("srd simulate", host_cases.scene(""), host_cases.SIMULATE),
     ("srd reconstruct settings", host_cases.settings(), host_cases.SETTINGS),

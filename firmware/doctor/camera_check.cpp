@@ -1,0 +1,172 @@
+#include <cmath>
+#include <cstdio>
+
+#include "firmware/doctor/doctor.hpp"
+
+namespace srd::firmware {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::uint64_t kFrames = 100;
+constexpr int kSearched = 10;          // frames in which the pattern is looked for
+constexpr auto kPatience = std::chrono::milliseconds(500);
+constexpr int kStep = 4;               // every fourth pixel is enough to judge the light
+constexpr double kDark = 30, kBright = 225, kMostSaturated = 0.01;
+constexpr double kRateTolerance = 0.02;
+
+template <class... Values>
+std::string format(const char* pattern, Values... values) {
+  char text[256];
+  std::snprintf(text, sizeof text, pattern, values...);
+  return text;
+}
+
+struct Seen {
+  std::uint64_t frames = 0, bad = 0, gaps = 0, away = 0;
+  std::int64_t first_ns = 0, last_ns = 0;
+  std::uint64_t first_sequence = 0, next_sequence = 0;
+  double grey = 0, saturated = 0, pixels = 0;
+
+  void add(const CameraFrame& frame) {
+    if (frames == 0) {
+      first_ns = frame.time_ns;
+      first_sequence = frame.sequence;
+    } else if (frame.sequence > next_sequence) {
+      gaps += frame.sequence - next_sequence;
+    }
+    next_sequence = frame.sequence + 1;
+    last_ns = frame.time_ns;
+    ++frames;
+  }
+  void look_at(const GrayView& image) {
+    for (int v = 0; v < image.height; v += kStep)
+      for (int u = 0; u < image.width; u += kStep) {
+        const std::uint8_t level = image.row(v)[u];
+        grey += level;
+        saturated += level == 255 ? 1 : 0;
+        pixels += 1;
+      }
+  }
+  // Of the frames' own times; 0: not known.
+  [[nodiscard]] double rate_hz() const {
+    const std::uint64_t steps = next_sequence - first_sequence;
+    return steps < 2 || last_ns <= first_ns ? 0 : static_cast<double>(steps - 1) * 1e9 / static_cast<double>(last_ns - first_ns);
+  }
+};
+
+Seen watch(Camera& camera, std::chrono::milliseconds time) {
+  Seen seen;
+  CameraFrame frame;
+  const auto end = Clock::now() + time;
+  for (bool over = false; !over && seen.frames + seen.bad < kFrames && Clock::now() < end;) {
+    switch (camera.next(frame, kPatience)) {
+      case Capture::kFrame:
+        seen.add(frame);
+        seen.look_at(frame.image);
+        camera.give_back(frame);
+        break;
+      case Capture::kBadFrame: ++seen.bad; break;
+      case Capture::kDisconnected: ++seen.away; break;
+      case Capture::kTimeout: break;
+      case Capture::kEnd: over = true; break;
+    }
+  }
+  return seen;
+}
+
+void judge_frames(const Seen& seen, bool live, double wanted_hz, Diagnosis& diagnosis) {
+  const double rate = seen.rate_hz();
+  const std::string found = format("%llu frames, %.2f frames/s, %llu missing, %llu unusable",
+                                   static_cast<unsigned long long>(seen.frames), rate,
+                                   static_cast<unsigned long long>(seen.gaps), static_cast<unsigned long long>(seen.bad));
+  if (seen.frames == 0) {
+    diagnosis.fail(Exit::kDevice, "frames", seen.away > 0 ? "none: the camera is away" : found,
+                   live ? "the cable, the trigger if the sensor waits for one, and another program that has the camera"
+                        : "the images of the recording");
+  } else if (seen.gaps + seen.bad + seen.away > 0) {
+    diagnosis.warn("frames", found, "a shorter cable, more buffers (camera.buffers), a lower rate, or a faster disk");
+  } else if (live && rate > 0 && std::abs(rate - wanted_hz) > kRateTolerance * wanted_hz) {
+    diagnosis.warn("frames", found + format(", asked were %.2f", wanted_hz),
+                   "a rate that the camera offers (--list-cameras), or a shorter exposure");
+  } else {
+    diagnosis.ok("frames", found);
+  }
+}
+
+void judge_light(const Seen& seen, Diagnosis& diagnosis) {
+  if (seen.pixels == 0) return;
+  const double mean = seen.grey / seen.pixels, saturated = seen.saturated / seen.pixels;
+  const std::string found = format("mean grey level %.0f, %.1f %% saturated", mean, 100 * saturated);
+  if (mean < kDark)
+    diagnosis.warn("light", found + ": too dark", "a longer exposure (camera.exposure_us), more gain or light; the lens cap");
+  else if (mean > kBright || saturated > kMostSaturated)
+    diagnosis.warn("light", found + ": too bright", "a shorter exposure (camera.exposure_us), less gain, no reflections");
+  else
+    diagnosis.ok("light", found);
+}
+
+const char* advice_for(dsp::TrackStatus status) {
+  switch (status) {
+    case dsp::TrackStatus::kAmbiguous: return "a better surface.guess_mm, or pattern.first_square";
+    case dsp::TrackStatus::kPoorFit: return "geometry.pose and the index of water; surface.guess_mm";
+    case dsp::TrackStatus::kSolverFailed: return "fewer surface.parameters, or more corners in the image";
+    case dsp::TrackStatus::kTooFewCorners: return "more of the pattern in the image, less glare";
+    default: return "aim and focus the camera, uncover the pattern; pattern and detector.threshold in the configuration";
+  }
+}
+
+void find_pattern(Instrument& instrument, std::chrono::milliseconds time, Diagnosis& diagnosis) {
+  Camera& camera = *instrument.camera;
+  if (!camera.start().ok()) return;  // it did a moment ago: the frames have told
+  CameraFrame frame;
+  dsp::TrackStatus status = dsp::TrackStatus::kNoPattern;
+  const int corners = instrument.tracker->pattern().size();
+  const auto end = Clock::now() + time;
+  for (int tried = 0; tried < kSearched && Clock::now() < end;) {
+    const Capture got = camera.next(frame, kPatience);
+    if (got == Capture::kEnd) break;
+    if (got != Capture::kFrame) continue;
+    ++tried;
+    const dsp::FrameResult<float>& result = instrument.tracker->process(std::span(&frame.image, 1), frame.time_ns);
+    camera.give_back(frame);
+    status = result.status;
+    if (!result.has_surface()) continue;
+    camera.stop();
+    diagnosis.ok("pattern", format("%d of %d corners, %.3f px rms", result.estimate.corners_used, corners,
+                                   static_cast<double>(result.estimate.reprojection_rms)));
+    return;
+  }
+  camera.stop();
+  diagnosis.warn("pattern", "no surface in " + std::to_string(kSearched) + " frames", advice_for(status));
+}
+
+}  // namespace
+
+void check_camera(const NodeConfig& config, const DoctorOptions& options, Diagnosis& diagnosis) {
+  auto instrument = make_instrument(config);
+  if (!instrument) {
+    diagnosis.fail("camera", instrument.error());
+    return;
+  }
+  Camera& camera = *instrument->camera;
+  if (auto started = camera.start(); !started) {
+    diagnosis.fail("camera", started.error());
+    return;
+  }
+  const std::string size = format("%d x %d", camera.width(), camera.height());
+  const bool fits = camera.width() == instrument->width && camera.height() == instrument->height;
+  if (fits)
+    diagnosis.ok("camera", config.camera->kind + ":" + config.camera->argument + ", " + size);
+  else
+    diagnosis.fail(Exit::kInput, "camera", size + ", and the calibration is of " + format("%d x %d", instrument->width, instrument->height),
+                   "the calibration of this camera and mode");
+  const Seen seen = watch(camera, options.camera_time);
+  camera.stop();
+  judge_frames(seen, camera.live(), config.frame_rate_hz, diagnosis);
+  judge_light(seen, diagnosis);
+  if (fits && seen.frames > 0) find_pattern(*instrument, options.camera_time, diagnosis);
+}
+
+}  // namespace srd::firmware

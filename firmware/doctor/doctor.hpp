@@ -1,0 +1,34 @@
+// srd-node --doctor: looks at everything that a measurement needs, says what it found and what to do, and goes on to the
+// end whatever fails.
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+
+#include "firmware/config/instrument.hpp"
+#include "firmware/doctor/finding.hpp"
+#include "firmware/realtime/realtime.hpp"
+
+namespace srd::firmware {
+
+struct DoctorOptions {
+  std::filesystem::path root = "/";  // where /sys and /dev are; another folder in tests
+  std::chrono::milliseconds wake_ups{1000};        // how long the clock is watched
+  std::chrono::milliseconds camera_time{3000};     // for the camera's frames
+  std::chrono::milliseconds answer_time{2000};     // for the host's answer
+  std::uint64_t write_bytes = std::uint64_t{32} << 20;  // to the disk
+};
+
+// The parts, in their order. Each adds at least one finding.
+void check_camera(const NodeConfig& config, const DoctorOptions& options, Diagnosis& diagnosis);
+void check_gpio(const DoctorOptions& options, Diagnosis& diagnosis);
+void check_clock(const NodeConfig& config, const DoctorOptions& options, Diagnosis& diagnosis);
+void check_permissions(const NodeConfig& config, Diagnosis& diagnosis, const RealtimeCalls& calls = system_calls());
+void check_network(const NodeConfig& config, const DoctorOptions& options, Diagnosis& diagnosis);
+void check_disk(const NodeConfig& config, const DoctorOptions& options, Diagnosis& diagnosis);
+void check_board(const DoctorOptions& options, Diagnosis& diagnosis);
+
+// All of them. config: as loaded, or why it could not be; null: none was named, and what needs one is passed over.
+void examine(const Outcome<NodeConfig>* config, const DoctorOptions& options, Diagnosis& diagnosis);
+
+}  // namespace srd::firmware
