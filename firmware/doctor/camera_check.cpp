@@ -158,7 +158,7 @@ void check_camera(const NodeConfig& config, const DoctorOptions& options, Diagno
   const std::string size = format("%d x %d", camera.width(), camera.height());
   const bool fits = camera.width() == instrument->width && camera.height() == instrument->height;
   if (fits)
-    diagnosis.ok("camera", config.camera->kind + ":" + config.camera->argument + ", " + size);
+    diagnosis.ok("camera", config.camera->text() + ", " + size);
   else
     diagnosis.fail(Exit::kInput, "camera", size + ", and the calibration is of " + format("%d x %d", instrument->width, instrument->height),
                    "the calibration of this camera and mode");
