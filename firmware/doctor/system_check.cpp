@@ -23,7 +23,7 @@ namespace {
 
 constexpr std::int64_t kWakeEvery_ns = 1'000'000;
 constexpr double kMostLateness_us = 200;  // what a strobe pulse may be late by default
-constexpr rlim_t kLeastLocked = rlim_t{64} << 20;
+constexpr rlim_t kLeastLocked = rlim_t{256} << 20;  // all that is reserved counts, used or not
 constexpr float kHot_c = 80;
 
 template <class... Values>

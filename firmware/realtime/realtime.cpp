@@ -1,5 +1,6 @@
 #include "firmware/realtime/realtime.hpp"
 
+#include <link.h>
 #include <linux/capability.h>
 #include <malloc.h>
 #include <pthread.h>
@@ -18,11 +19,26 @@ namespace srd::firmware {
 
 namespace {
 
-// All of a locked thread's stack is resident: 8 MiB each, the usual size, would be most of the node's memory.
+// Under a limit on locked memory all of a stack counts, and 8 MiB each, the usual size, would be most of the node's.
 constexpr std::size_t kStackBytes = 512 * 1024;
 constexpr std::size_t kTouchedBytes = 256 * 1024;
 
-int lock_memory(bool future) { return ::mlockall(future ? MCL_CURRENT | MCL_FUTURE : MCL_CURRENT) == 0 ? 0 : errno; }
+// Code is read in at once and stays. Memory stays from its first use on: to fetch all that libraries have reserved and never
+// use would double what the node takes.
+int lock_memory(bool future) {
+  if (::mlockall(MCL_ONFAULT | (future ? MCL_CURRENT | MCL_FUTURE : MCL_CURRENT)) != 0) return errno;
+  return ::dl_iterate_phdr(
+      [](dl_phdr_info* object, std::size_t, void*) {
+        for (int i = 0; i < object->dlpi_phnum; ++i) {
+          const auto& segment = object->dlpi_phdr[i];
+          if (segment.p_type != PT_LOAD || (segment.p_flags & PF_X) == 0 || (segment.p_flags & PF_W) != 0) continue;
+          const auto begin = static_cast<std::uintptr_t>(object->dlpi_addr + segment.p_vaddr);
+          if (::mlock(reinterpret_cast<const void*>(begin), segment.p_memsz) != 0) return errno;
+        }
+        return 0;
+      },
+      nullptr);
+}
 
 bool may_lock_everything() {
   rlimit limit{};

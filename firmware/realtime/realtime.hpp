@@ -18,7 +18,7 @@ inline constexpr int kThreadRoles = 3;
 
 // What the start-up asks of the system; each gives 0 or an errno. Tests put others in place.
 struct RealtimeCalls {
-  int (*lock_memory)(bool future);            // all memory that there is, and that will come
+  int (*lock_memory)(bool future);            // what is used of the memory that there is, and that will come; all code
   bool (*may_lock_everything)();              // no limit on locked memory
   int (*set_priority)(int priority);          // of the calling thread, SCHED_FIFO
   int (*set_cpus)(std::span<const int> cpus);  // of the calling thread
