@@ -14,7 +14,7 @@ void examine(const Outcome<NodeConfig>* config, const DoctorOptions& options, Di
   }
   const NodeConfig& settings = usable ? **config : defaults;
   if (usable) check_camera(settings, options, diagnosis);
-  check_gpio(options, diagnosis);
+  check_gpio({}, options, diagnosis);
   check_clock(settings, options, diagnosis);
   check_permissions(settings, diagnosis);
   if (usable) {

@@ -4,7 +4,9 @@
 
 #include <chrono>
 #include <filesystem>
+#include <span>
 
+#include "drivers/strobe/gpiod_line.hpp"
 #include "firmware/config/instrument.hpp"
 #include "firmware/doctor/finding.hpp"
 #include "firmware/realtime/realtime.hpp"
@@ -21,7 +23,8 @@ struct DoctorOptions {
 
 // The parts, in their order. Each adds at least one finding.
 void check_camera(const NodeConfig& config, const DoctorOptions& options, Diagnosis& diagnosis);
-void check_gpio(const DoctorOptions& options, Diagnosis& diagnosis);
+// lines: that the configuration drives; each is opened, off, and given back.
+void check_gpio(std::span<const LineAddress> lines, const DoctorOptions& options, Diagnosis& diagnosis);
 void check_clock(const NodeConfig& config, const DoctorOptions& options, Diagnosis& diagnosis);
 void check_permissions(const NodeConfig& config, Diagnosis& diagnosis, const RealtimeCalls& calls = system_calls());
 void check_network(const NodeConfig& config, const DoctorOptions& options, Diagnosis& diagnosis);

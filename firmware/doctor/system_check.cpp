@@ -68,7 +68,14 @@ bool in_group(const char* name) {
 
 }  // namespace
 
-void check_gpio(const DoctorOptions& options, Diagnosis& diagnosis) {
+void check_gpio(std::span<const LineAddress> lines, const DoctorOptions& options, Diagnosis& diagnosis) {
+  for (const LineAddress& line : lines) {
+    if (const auto opened = open_gpiod_line(line, "srd-doctor"); !opened)
+      diagnosis.fail("GPIO", opened.error());
+    else
+      diagnosis.ok("GPIO", line.text() + " is there and free");
+  }
+  if (!lines.empty()) return;
   std::string usable, refused;
   int error = 0;
   std::error_code ignored;

@@ -178,11 +178,19 @@ TEST(Doctor, SeesAHotBoardWithAWeakSupplyAndItsGpio) {
   root.write("dev/other", "");
   Diagnosis diagnosis;
   check_board(quick(root.path()), diagnosis);
-  check_gpio(quick(root.path()), diagnosis);
+  check_gpio({}, quick(root.path()), diagnosis);
   expect(diagnosis, "temperature", Verdict::kWarn, "86 C (cpu-thermal)");
   expect(diagnosis, "throttling", Verdict::kWarn, "since the start: under-voltage");
   EXPECT_NE(about(diagnosis, "throttling").advice.find("power supply"), std::string::npos);
   expect(diagnosis, "GPIO", Verdict::kOk, "can be opened: gpiochip0");
+}
+
+TEST(Doctor, ALineThatIsNotThereFails) {
+  const LineAddress line{"/nowhere/gpiochip7", "17", false};
+  Diagnosis diagnosis;
+  check_gpio(std::span(&line, 1), quick(), diagnosis);
+  expect(diagnosis, "GPIO", Verdict::kFail, gpiod_version().empty() ? "libgpiod" : "/nowhere/gpiochip7");
+  EXPECT_NE(diagnosis.exit(), Exit::kDone);
 }
 
 TEST(Doctor, ADiskWithoutRoomFails) {
