@@ -1,7 +1,9 @@
 #include "firmware/record/frame_recorder.hpp"
 
 #include <chrono>
+#include <cstdint>
 #include <cstring>
+#include <new>
 
 #include "firmware/service/stop_signals.hpp"
 
@@ -45,23 +47,33 @@ Outcome<std::unique_ptr<FrameRecorder>> FrameRecorder::start(const RecordSection
     return Problem{Exit::kInput, "too little room for a recording", section.folder.string(),
                    "at least " + std::to_string(section.min_free_mib) + " MiB free (record.min_free_mib)",
                    std::to_string(free_mib) + " MiB", "make room, or name a folder on another disk"};
+  const std::uint64_t queue_bytes = std::uint64_t{section.queue_frames} * static_cast<std::uint64_t>(width) *
+                                    static_cast<std::uint64_t>(height);
+  std::unique_ptr<std::uint8_t[]> pixels;
+  if (queue_bytes <= SIZE_MAX / 2)
+    pixels.reset(new (std::nothrow) std::uint8_t[static_cast<std::size_t>(queue_bytes)]());  // touched: no page comes late
+  if (!pixels)
+    return Problem{Exit::kUsage, "too little memory for the queue of a recording", "record.queue_frames",
+                   "images of " + std::to_string(width) + " x " + std::to_string(height) + " that fit the memory",
+                   std::to_string(section.queue_frames) + ", " + std::to_string(queue_bytes >> 20) + " MiB", "fewer"};
   const bool count = section.may_count && !section.force;
   auto recording = DurableRecording::create(count ? unused(section.folder) : section.folder, section.force);
   if (!recording) return recording.error();
   if (auto written = write_rig(recording->folder(), rig); !written) return written.error();
-  std::unique_ptr<FrameRecorder> made(new FrameRecorder(std::move(*recording), section, width, height));
+  std::unique_ptr<FrameRecorder> made(new FrameRecorder(std::move(*recording), section, width, height, std::move(pixels)));
   const StopSignalsBlocked blocked;
   made->thread_ = std::thread([recorder = made.get()] { recorder->run(); });
   return made;
 }
 
-FrameRecorder::FrameRecorder(DurableRecording recording, const RecordSection& section, int width, int height)
+FrameRecorder::FrameRecorder(DurableRecording recording, const RecordSection& section, int width, int height,
+                             std::unique_ptr<std::uint8_t[]> pixels)
     : recording_(std::move(recording)),
       section_(section),
       width_(width),
       height_(height),
       image_bytes_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)),
-      pixels_(std::make_unique<std::uint8_t[]>(section.queue_frames * image_bytes_)),  // touched: no page comes late
+      pixels_(std::move(pixels)),
       queue_(section.queue_frames) {}
 
 FrameRecorder::~FrameRecorder() { finish(); }

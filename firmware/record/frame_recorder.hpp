@@ -19,7 +19,7 @@ namespace srd::firmware {
 class FrameRecorder {
  public:
   // Makes the folder, reserves the queue for images of width x height, starts the thread. kUsage when the folder holds a
-  // recording, kInput when it cannot be written or has too little room.
+  // recording or the memory no queue, kInput when it cannot be written or has too little room.
   [[nodiscard]] static Outcome<std::unique_ptr<FrameRecorder>> start(const RecordSection& section, const RecordedRig& rig,
                                                                      int width, int height);
   FrameRecorder(const FrameRecorder&) = delete;
@@ -51,7 +51,8 @@ class FrameRecorder {
   };
   static constexpr int kRecording = 0, kTooLittleRoom = -1;  // else the errno of a write
 
-  FrameRecorder(DurableRecording recording, const RecordSection& section, int width, int height);
+  FrameRecorder(DurableRecording recording, const RecordSection& section, int width, int height,
+                std::unique_ptr<std::uint8_t[]> pixels);
   void run();
   void write(const Queued& queued);
   void sync();

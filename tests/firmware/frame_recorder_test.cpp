@@ -146,6 +146,16 @@ TEST(FrameRecorder, EndsBeforeTheDiskIsFull) {
   EXPECT_FALSE(std::filesystem::exists(section.folder));
 }
 
+TEST(FrameRecorder, AQueueBeyondAllMemoryIsRefused) {
+  const fakes::ScratchFolder scratch;
+  RecordSection section = section_of(scratch.path() / "rec");
+  section.queue_frames = SIZE_MAX / 2000;  // times 60 x 30 it is beyond any address
+  const auto refused = start(section);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().exit, Exit::kUsage);
+  EXPECT_FALSE(std::filesystem::exists(section.folder));
+}
+
 TEST(FrameRecorder, AFrameFromThePastIsNotRecorded) {
   const fakes::ScratchFolder scratch;
   auto recorder = start(section_of(scratch.path() / "rec"));

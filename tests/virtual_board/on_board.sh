@@ -61,17 +61,19 @@ mkdir -p $line/bank0/line0
 echo strobe >$line/bank0/line0/name
 echo 1 >$line/live
 video="v4l2-ctl -d /dev/video0"
-$video --set-input=3 && $video --set-dv-bt-timings cvt,width=640,height=480,fps=40 &&
+$video --set-input=3 && $video --set-dv-bt-timings cvt,width=640,height=480,fps=50 &&
   $video --set-fmt-video=pixelformat=GREY
 v4l2-ctl -d /dev/video1 --set-output=1
-v4l2-ctl -d /dev/video1 --set-dv-bt-timings cvt,width=640,height=480,fps=40 && $video --set-ctrl=loop_video=1
+v4l2-ctl -d /dev/video1 --set-dv-bt-timings cvt,width=640,height=480,fps=50 && $video --set-ctrl=loop_video=1
 $video --get-dv-timings | grep -E "Active|frames per second"
 cp /w/frames.raw /tmp/frames.raw
 # A disconnect ends the player as it ends the camera: it starts again.
 (
   while [ ! -e /tmp/stop_player ]; do
     v4l2-ctl -d /dev/video1 --set-fmt-video-out=width=640,height=480,pixelformat=GREY --stream-out-mmap --stream-loop \
-      --stream-from=/tmp/frames.raw >/dev/null 2>&1
+      --stream-from=/tmp/frames.raw >/dev/null 2>&1 &
+    echo $! >/tmp/player.id
+    wait
     sleep 0.3
   done
 ) &
@@ -98,7 +100,8 @@ cat /w/node.log
 echo 0 >$trace/tracing_on
 cat $trace/trace >/w/gpio.trace
 touch /tmp/stop_player
-pkill -P $player v4l2-ctl
+kill "$(cat /tmp/player.id)"
+wait $player
 wait $faults
 check "the node measured $FRAMES frames, all acknowledged" [ "$code" -eq 0 ]
 for fault in "gap:[1-9][0-9]* by the source" "error buffer:[1-9][0-9]* error buffers" "disconnect:[1-9][0-9]* disconnects" \
