@@ -2,6 +2,7 @@
 #include <cstdio>
 
 #include "firmware/doctor/doctor.hpp"
+#include "firmware/strobe/strobe.hpp"
 
 namespace srd::firmware {
 
@@ -56,13 +57,18 @@ struct Seen {
   }
 };
 
-Seen watch(Camera& camera, std::chrono::milliseconds time) {
+// strobe: may be null.
+Seen watch(Camera& camera, Strobe* strobe, std::chrono::milliseconds time) {
   Seen seen;
   CameraFrame frame;
   const auto end = Clock::now() + time;
   for (bool over = false; !over && seen.frames + seen.bad < kFrames && Clock::now() < end;) {
     switch (camera.next(frame, kPatience)) {
       case Capture::kFrame:
+        if (strobe != nullptr) {
+          strobe->captured(frame);
+          strobe->label(frame);
+        }
         seen.add(frame);
         seen.look_at(frame.image);
         camera.give_back(frame);
@@ -162,7 +168,15 @@ void check_camera(const NodeConfig& config, const DoctorOptions& options, Diagno
   else
     diagnosis.fail(Exit::kInput, "camera", size + ", and the calibration is of " + format("%d x %d", instrument->width, instrument->height),
                    "the calibration of this camera and mode");
-  const Seen seen = watch(camera, options.camera_time);
+  // As in a measurement: a sensor that waits for triggers gives frames, and the light is what they will have. A strobe that
+  // does not work is for the GPIO's own check.
+  Seen seen;
+  {
+    const auto strobe = open_strobe(config, camera);
+    Strobe* const running = strobe.ok() ? strobe->get() : nullptr;
+    if (running != nullptr) running->start();
+    seen = watch(camera, running, options.camera_time);
+  }
   camera.stop();
   judge_frames(seen, camera.live(), config.frame_rate_hz, diagnosis);
   judge_light(seen, diagnosis);

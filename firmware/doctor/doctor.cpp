@@ -1,6 +1,22 @@
 #include "firmware/doctor/doctor.hpp"
 
+#include <vector>
+
 namespace srd::firmware {
+
+namespace {
+
+// That a measurement with this configuration drives: only live cameras are strobed.
+std::vector<LineAddress> strobe_lines(const NodeConfig& config) {
+  const StrobeSection& strobe = config.strobe;
+  std::vector<LineAddress> lines;
+  if (strobe.mode == StrobeMode::kOff || !config.camera || !config.camera->live()) return lines;
+  if (!strobe.line.empty()) lines.push_back(strobe.line_address());
+  if (strobe.mode == StrobeMode::kTrigger) lines.push_back(strobe.trigger_address());
+  return lines;
+}
+
+}  // namespace
 
 void examine(const Outcome<NodeConfig>* config, const DoctorOptions& options, Diagnosis& diagnosis) {
   NodeConfig defaults;
@@ -14,7 +30,7 @@ void examine(const Outcome<NodeConfig>* config, const DoctorOptions& options, Di
   }
   const NodeConfig& settings = usable ? **config : defaults;
   if (usable) check_camera(settings, options, diagnosis);
-  check_gpio({}, options, diagnosis);
+  check_gpio(strobe_lines(settings), options, diagnosis);
   check_clock(settings, options, diagnosis);
   check_permissions(settings, diagnosis);
   if (usable) {

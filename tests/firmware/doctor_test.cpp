@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <thread>
 
@@ -191,6 +192,21 @@ TEST(Doctor, ALineThatIsNotThereFails) {
   check_gpio(std::span(&line, 1), quick(), diagnosis);
   expect(diagnosis, "GPIO", Verdict::kFail, gpiod_version().empty() ? "libgpiod" : "/nowhere/gpiochip7");
   EXPECT_NE(diagnosis.exit(), Exit::kDone);
+}
+
+TEST(Doctor, LooksAtTheLinesOfTheConfiguration) {
+  NodeConfig config = simulated();
+  config.camera = CameraSource{"v4l2", "/nowhere/video0"};
+  config.strobe.mode = StrobeMode::kTrigger;
+  config.strobe.chip = "/nowhere/gpiochip7";
+  config.strobe.line = "17";
+  config.strobe.trigger_line = "27";
+  const Outcome<NodeConfig> loaded = config;
+  Diagnosis diagnosis;
+  examine(&loaded, quick(), diagnosis);
+  EXPECT_EQ(std::count_if(diagnosis.findings().begin(), diagnosis.findings().end(),
+                          [](const Finding& f) { return f.subject == "GPIO" && f.verdict == Verdict::kFail; }),
+            2);
 }
 
 TEST(Doctor, ADiskWithoutRoomFails) {
