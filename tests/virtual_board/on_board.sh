@@ -50,7 +50,7 @@ step "libcamera's camera through the frame loop"
 ./srd-node --config node/vimc.toml --host "$NODE_HOST" --frames 60 >/w/vimc.log 2>&1
 code=$?
 cat /w/vimc.log
-check "60 frames from vimc, all acknowledged" [ "$code" -eq 0 ]
+check "vimc, all acknowledged" [ "$code" -eq 0 ]
 rmmod vimc vivid
 
 step "the flume through vivid, with the strobe"
@@ -61,10 +61,11 @@ mkdir -p $line/bank0/line0
 echo strobe >$line/bank0/line0/name
 echo 1 >$line/live
 video="v4l2-ctl -d /dev/video0"
-$video --set-input=3 && $video --set-dv-bt-timings cvt,width=640,height=480,fps=50 &&
+timings=index=0 # 640 x 480 at 59.94 Hz
+$video --set-input=3 && $video --set-dv-bt-timings "$timings" &&
   $video --set-fmt-video=pixelformat=GREY
 v4l2-ctl -d /dev/video1 --set-output=1
-v4l2-ctl -d /dev/video1 --set-dv-bt-timings cvt,width=640,height=480,fps=50 && $video --set-ctrl=loop_video=1
+v4l2-ctl -d /dev/video1 --set-dv-bt-timings "$timings" && $video --set-ctrl=loop_video=1
 $video --get-dv-timings | grep -E "Active|frames per second"
 cp /w/frames.raw /tmp/frames.raw
 # A disconnect ends the player as it ends the camera: it starts again.
@@ -84,13 +85,14 @@ echo mono >$trace/trace_clock
 echo 16384 >$trace/buffer_size_kb
 echo 1 >$trace/events/gpio/gpio_value/enable
 (
-  sleep 14
+  sleep 4
   $video --set-ctrl=percentage_of_dropped_buffers=40
-  sleep 3
+  sleep 1.5
   $video --set-ctrl=percentage_of_dropped_buffers=0
-  for i in 1 2 3; do $video --set-ctrl=inject_v4l2_buf_flag_error=1; sleep 0.5; done
+  for i in 1 2 3; do $video --set-ctrl=inject_v4l2_buf_flag_error=1; sleep 0.3; done
+  sleep 1
   $video --set-ctrl=inject_fatal_streaming_error=1
-  sleep 3
+  sleep 2
   $video --set-ctrl=disconnect=1
 ) >/w/faults.log 2>&1 &
 faults=$!
@@ -103,7 +105,7 @@ touch /tmp/stop_player
 kill "$(cat /tmp/player.id)"
 wait $player
 wait $faults
-check "the node measured $FRAMES frames, all acknowledged" [ "$code" -eq 0 ]
+check "the flume, all acknowledged" [ "$code" -eq 0 ]
 for fault in "gap:[1-9][0-9]* by the source" "error buffer:[1-9][0-9]* error buffers" "disconnect:[1-9][0-9]* disconnects" \
   "return:[1-9][0-9]* reconnects"; do
   check "${fault%%:*} counted" grep -qE "${fault#*:}" /w/node.log

@@ -12,7 +12,7 @@ limit=${2:-240}
 board=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/../.." && pwd)/build/virtual-board
 [ -f "$board/root.ext4" ] || { echo "boot.sh: no board in $board: run toolchains/virtual_board/build.sh" >&2; exit 2; }
 rm -f -- "$work/exit_code"
-timeout "$limit" qemu-system-aarch64 -M virt -accel tcg,thread=multi -cpu cortex-a72 -smp 2 -m 1024 -nographic -no-reboot \
+timeout "$limit" qemu-system-aarch64 -M virt -accel tcg,thread=multi -cpu cortex-a72 -smp 2 -m 2048 -nographic -no-reboot \
   -netdev user,id=net -device virtio-net-pci,netdev=net,romfile= \
   -kernel "$board/vmlinuz" -initrd "$board/initrd.gz" -append "console=ttyAMA0 panic=-1 quiet${BOARD_INIT:+ BOARD_INIT=$BOARD_INIT systemd.show_status=0}" \
   -drive "file=${BOARD_ROOT:-$board/root.ext4},format=raw,if=virtio,readonly=on" \
