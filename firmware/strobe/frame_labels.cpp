@@ -98,10 +98,12 @@ void FrameLabels::resync(const Levels& levels, std::int64_t slot) noexcept {
 void FrameLabels::label(CameraFrame& frame) noexcept {
   frame.strobe = StrobePhase::kUnstrobed;
   const PulseRecord* own = nearest(frame.time_ns);
-  if (own == nullptr) {
+  // A stamp that is far off may be nearest to the exposure of the frame before: a pulse lights one frame.
+  if (own == nullptr || own->slot <= last_slot_) {
     raise(counters_.unlabelled);
     return;
   }
+  last_slot_ = own->slot;
   const int mean = mean_brightness_q4(frame.image, region_);
   seen_[static_cast<std::size_t>(seen_next_)] = {own->slot, mean};
   seen_next_ = (seen_next_ + 1) % kWindow;

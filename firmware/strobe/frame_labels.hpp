@@ -15,7 +15,7 @@ namespace srd::firmware {
 struct LabelCounters {
   std::atomic<std::uint64_t> lit{0}, dark{0};
   std::atomic<std::uint64_t> unlit{0};        // should have been lit, and was not: its pulse was skipped
-  std::atomic<std::uint64_t> unlabelled{0};   // no pulse record: the strobe was not locked
+  std::atomic<std::uint64_t> unlabelled{0};   // no pulse record: the strobe was not locked, or the record is another frame's
   std::atomic<std::uint64_t> mislabelled{0};  // the image says otherwise; it is believed
   std::atomic<std::uint64_t> resyncs{0};      // another shift between frames and records was found to agree
   std::atomic<int> lit_level{0}, dark_level{0};  // running, 1/16 grey level; 0: not known
@@ -64,6 +64,7 @@ class FrameLabels {
   std::array<PulseRecord, kRecords> records_{};
   std::int64_t newest_ = -1;  // slot; -1: none
   std::int64_t oldest_ = 0;
+  std::int64_t last_slot_ = -1;  // that lit a frame; -1: none
   std::array<Seen, kWindow> seen_{};
   int seen_count_ = 0, seen_next_ = 0;
   int shift_ = 0;

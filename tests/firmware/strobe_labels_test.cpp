@@ -147,6 +147,18 @@ TEST(StrobeLabels, FramesWithoutARecordAreUnstrobed) {
   EXPECT_GE(scene.labels.counters().unlabelled.load(), 11u);
 }
 
+TEST(StrobeLabels, APulseLightsOneFrameHoweverFarItsStampIsOff) {
+  Scene scene("L", 10);
+  for (std::int64_t i = 0; i < 10; ++i) EXPECT_EQ(scene.expose(i).strobe, StrobePhase::kLit);
+  CameraFrame late = scene.expose(20, 0, false);  // an image; its stamp is put close to the last frame's
+  const auto unlabelled = scene.labels.counters().unlabelled.load();
+  late.time_ns = Scene::stamp(9) + kPeriod / 3;
+  scene.labels.label(late);
+  EXPECT_EQ(late.strobe, StrobePhase::kUnstrobed);
+  EXPECT_EQ(late.time_ns, Scene::stamp(9) + kPeriod / 3);
+  EXPECT_EQ(scene.labels.counters().unlabelled.load(), unlabelled + 1);
+}
+
 TEST(StrobeLabels, LabellingTakesNothingFromTheHeap) {
   if (!fakes::AllocationGauge::works()) GTEST_SKIP() << "a sanitizer has its own malloc";
   Scene scene("LLDLD", 10);

@@ -36,7 +36,7 @@ export LD_LIBRARY_PATH=/usr/lib/aarch64-linux-gnu/blas:/usr/lib/aarch64-linux-gn
 /bin/busybox.board --install -s /busybox
 ifconfig lo up
 ifconfig eth0 10.0.2.15 netmask 255.255.255.0 up || echo "no network card"
-for into in proc sys dev tmp run w; do mount -o bind /$into /debian13/$into; done 2>/dev/null
+for into in proc sys dev tmp run w; do mount -o rbind /$into /debian13/$into; done 2>/dev/null
 cd /w
 bash /w/on_board.sh
 echo $? >/w/exit_code
