@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Sums ctest's JUnit files: lists what was skipped and why, what failed, and ends with one line of counts.
 
-usage: summarise_runs.py STAGE=junit.xml ...
-A stage without a readable file did not get as far as its tests: it counts as one failure.
+usage: summarise_runs.py STAGE=junit.xml ... JOB=exit:CODE ...
+A stage without a readable file did not get as far as its tests: it counts as one failure. A job counts as one test, passed
+with code 0.
 """
 import re
 import sys
@@ -42,6 +43,12 @@ def main(arguments):
     skipped, failed = {}, []
     for argument in arguments:
         stage, _, path = argument.partition("=")
+        if path.startswith("exit:"):
+            result = "passed" if path == "exit:0" else "failed"
+            counts[result] += 1
+            if result == "failed":
+                failed.append(f"{stage}: ended with code {path[len('exit:'):]} (see its output above)")
+            continue
         try:
             cases = ElementTree.parse(path).getroot().findall(".//testcase")
         except (OSError, ElementTree.ParseError):
