@@ -13,9 +13,10 @@ cd -- "$(dirname -- "${BASH_SOURCE[0]}")/../.."
 . toolchains/debian_packages.sh
 here=$PWD/toolchains/virtual_board
 to=$PWD/build/virtual-board
-rm -rf -- "$to" "$to.part"
-mkdir -p "$to.part"
-cd "$to.part"
+# Not below build: the kernel's makefiles do not take a folder with a space in its name.
+work=$(mktemp -d)
+trap 'rm -rf -- "$work"' EXIT
+cd "$work"
 
 # What runs on the board, besides the project's own programs and their libraries.
 runtime=(bash coreutils grep kmod udev iproute2 busybox-static v4l-utils gpiod libcamera-ipa)
@@ -46,7 +47,8 @@ cp kernel/boot/vmlinuz-* vmlinuz
 wait "$root13_job"
 mke2fs -q -t ext4 -O ^has_journal -m 0 -d root root.ext4 1G
 mke2fs -q -t ext4 -O ^has_journal -m 0 -d root13 root13.ext4 1G
-rm -rf state state-here headers linux-source-6.1 kernel modules root root13
-cd ..
+rm -rf -- "$to" "$to.part"
+mkdir -p "$to.part"
+mv vmlinuz initrd.gz root.ext4 root13.ext4 "$to.part"
 mv -- "$to.part" "$to"
 echo "$to: $(du -sh "$to" | cut -f1)"
