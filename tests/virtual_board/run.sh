@@ -99,9 +99,11 @@ for node in vimc calm troubled; do
   check "every record of $node is in the host's once: $(rows $node)" [ "$(rows $node)" = "$(records $node)" ]
 done
 tar -C "$work" -xf "$work/recorded.tar" || failed=1
-for run in calm:300 troubled:500; do
+# Of the records that the emulator's speed allowed; after a fault the pattern is searched again.
+for run in calm:95 troubled:80; do
   node=${run%:*}
-  check "$node: at least ${run#*:} surfaces: $(surfaces "$node")" [ "$(surfaces "$node")" -ge "${run#*:}" ]
+  check "$node: at least ${run#*:} % of the records have a surface, and 100: $(surfaces "$node") of $(rows "$node")" \
+    [ "$(surfaces "$node")" -ge 100 -a $((100 * $(surfaces "$node"))) -ge $((${run#*:} * $(rows "$node"))) ]
   check "$node: recorded frames carry their marks" \
     python3 -B "$here/marked_frames.py" truth "$work/$node" "$work/flume/truth.csv" "$work/$node-truth.csv"
   check "$node: surfaces are within 0.1 mm of the truth" \
