@@ -266,14 +266,14 @@ TEST(SurfaceTracker, TakesNothingFromTheHeap) {
   std::array<std::vector<std::uint8_t>, 6> frames;
   for (std::uint64_t k = 0; k < frames.size(); ++k) {
     const GrayView v = flume.frame(k);
-    frames[k].assign(v.pixels, v.pixels + 1280 * 640);
+    frames[static_cast<std::size_t>(k)].assign(v.pixels, v.pixels + 1280 * 640);
   }
   std::int64_t allocations = 0;
   int surfaces = 0;
   for (std::uint64_t k = 0; k < 1000; ++k) {
     // Back and forth, with a dark frame now and then: tracking, losing and finding are all in it.
     const std::uint64_t at = k % 10 < 6 ? k % 10 : 10 - k % 10;
-    const GrayView image{k % 97 == 96 ? black.data() : frames[at].data(), 1280, 640, 1280};
+    const GrayView image{k % 97 == 96 ? black.data() : frames[static_cast<std::size_t>(at)].data(), 1280, 640, 1280};
     const fakes::AllocationGauge gauge;
     surfaces += step(tracker, image, k).has_surface() ? 1 : 0;
     allocations += gauge.count();

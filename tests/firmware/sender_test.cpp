@@ -76,7 +76,7 @@ TEST(FrameStore, KeepsBytesInAnyOrderOfSizes) {
   std::vector<std::vector<std::uint8_t>> kept;
   std::uint64_t first = 0;
   for (int i = 0; i < 20000; ++i) {
-    std::vector<std::uint8_t> bytes(1 + random() % 300, static_cast<std::uint8_t>(i));
+    std::vector<std::uint8_t> bytes(static_cast<std::size_t>(1 + random() % 300), static_cast<std::uint8_t>(i));
     while (!store.fits(bytes.size())) {
       store.drop_oldest();
       kept.erase(kept.begin());
@@ -94,7 +94,8 @@ TEST(FrameStore, KeepsBytesInAnyOrderOfSizes) {
     ASSERT_EQ(store.next(), first + kept.size());
     for (std::uint64_t s = first; s < store.next(); ++s) {
       const auto stored = store.bytes(s);
-      ASSERT_TRUE(std::equal(stored.begin(), stored.end(), kept[s - first].begin(), kept[s - first].end()));
+      ASSERT_TRUE(std::equal(stored.begin(), stored.end(), kept[static_cast<std::size_t>(s - first)].begin(),
+                             kept[static_cast<std::size_t>(s - first)].end()));
       ASSERT_EQ(store.sequence_at(store.index(s)), s);
     }
   }

@@ -32,7 +32,7 @@ bool accepted(const Bytes& datagram) {
 TEST(HostileDatagrams, RandomBytesAreNotAccepted) {
   Generator random(1);
   for (int i = 0; i < kDraws; ++i) {
-    Bytes bytes(random() % 1400);
+    Bytes bytes(static_cast<std::size_t>(random() % 1400));
     for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random());
     ASSERT_FALSE(accepted(bytes)) << i;
   }
@@ -58,7 +58,7 @@ TEST(HostileDatagrams, DamagedAndReflectedOnesAreNotAccepted) {
     for (int hit = 0; hit < 25; ++hit, ++i) {
       Bytes bad = random() % 2 == 0 ? from_node : from_host;
       for (auto flips = 1 + random() % 4; flips > 0; --flips)
-        bad[random() % bad.size()] ^= static_cast<std::uint8_t>(1u << (random() % 8));
+        bad[static_cast<std::size_t>(random() % bad.size())] ^= static_cast<std::uint8_t>(1u << (random() % 8));
       if (bad == from_node || bad == from_host) continue;
       ASSERT_FALSE(accepted(bad));
     }
@@ -75,8 +75,8 @@ TEST(HostileDatagrams, ForgedContentKeepsTheBoundsOrIsRefused) {
       Bytes forged = good;
       forged.resize(forged.size() - kCheckBytes);
       for (auto changes = 1 + random() % 6; changes > 0; --changes)
-        forged[random() % forged.size()] = static_cast<std::uint8_t>(random());
-      if (random() % 4 == 0) forged.resize(random() % forged.size());
+        forged[static_cast<std::size_t>(random() % forged.size())] = static_cast<std::uint8_t>(random());
+      if (random() % 4 == 0) forged.resize(static_cast<std::size_t>(random() % forged.size()));
       const std::size_t size = forged.size();
       forged.resize(size + kCheckBytes);
       for (const Direction direction : {Direction::kFromNode, Direction::kFromHost}) {

@@ -23,8 +23,8 @@ inline float any_float(Generator& random, float least, float most) {
 
 inline NodeId any_node(Generator& random) {
   static constexpr std::string_view kLetters = "abcXYZ019-_.";
-  std::string name(1 + random() % NodeId::kMaxLength, 'a');
-  for (char& c : name) c = kLetters[random() % kLetters.size()];
+  std::string name(static_cast<std::size_t>(1 + random() % NodeId::kMaxLength), 'a');
+  for (char& c : name) c = kLetters[static_cast<std::size_t>(random() % kLetters.size())];
   return *NodeId::make(name);
 }
 
@@ -53,7 +53,7 @@ inline CoefficientFrame any_frame(Generator& random, int modes = 0) {
   const auto n = modes != 0 ? static_cast<std::size_t>(modes) : 1 + random() % dsp::kMaxModes;
   frame.stamp = any_stamp(random);
   frame.status = static_cast<FrameStatus>(random() % kFrameStatusCount);
-  frame.model = {any_modes(random, n), any_float(random, 1, 1e4f), any_float(random, 1, 1e4f),
+  frame.model = {any_modes(random, static_cast<std::size_t>(n)), any_float(random, 1, 1e4f), any_float(random, 1, 1e4f),
                  any_float(random, -1e3f, 1e3f), any_float(random, -1e3f, 1e3f)};
   frame.refractive_index = any_float(random, 1, 1.6f);
   frame.centre_x_mm = any_float(random, -500, 500);
@@ -97,7 +97,7 @@ template <std::size_t N>
 FixedList<SequenceRange, N> any_ranges(Generator& random, std::uint64_t begin, std::uint64_t& end) {
   FixedList<SequenceRange, N> ranges;
   std::uint64_t at = begin;
-  for (std::size_t i = random() % (N + 1); i > 0; --i) {
+  for (std::uint64_t i = random() % (N + 1); i > 0; --i) {
     const std::uint64_t from = at + 1 + any_number(random, 1u << 20);
     const std::uint64_t to = from + 1 + any_number(random, 1u << 20);
     ranges.push({from, to});
@@ -123,7 +123,7 @@ inline NodeStatus any_status(Generator& random) {
   status.software = *FixedText<15>::make("0.1.0-rc2");
   status.throttled = any_u32(random) & Throttled::kAll;
   status.restarts = any_u32(random);
-  status.last_end = *FixedText<95>::make(std::string(random() % 96, 'e'));
+  status.last_end = *FixedText<95>::make(std::string(static_cast<std::size_t>(random() % 96), 'e'));
   status.clock_state = static_cast<ClockState>(random() % 3);
   status.recording = static_cast<RecordState>(random() % 3);
   std::uint64_t end = 0;
@@ -137,7 +137,7 @@ inline FeatureChunk any_chunk(Generator& random) {
   chunk.camera = any_u32(random);
   chunk.sigma_px = any_float(random, 0.001f, 1);
   std::uint32_t point = static_cast<std::uint32_t>(random() % 100);
-  for (std::size_t i = random() % 97; i > 0; --i) {
+  for (std::uint64_t i = random() % 97; i > 0; --i) {
     chunk.features.push({point, any_float(random, -10, 4000), any_float(random, -10, 3000)});
     point += 1 + static_cast<std::uint32_t>(random() % 100);
   }
