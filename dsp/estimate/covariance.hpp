@@ -1,6 +1,7 @@
 // How sure an estimate is. Optics (17).
 #pragma once
 
+#include <algorithm>
 #include <limits>
 
 #include "dsp/estimate/cholesky.hpp"
@@ -34,7 +35,7 @@ struct Uncertainty {
     most = std::max(most, h.col(i).cwiseAbs().cwiseQuotient(root).sum() / root[i]);
     most_inverse = std::max(most_inverse, inverse.col(i).cwiseAbs().cwiseProduct(root).sum() * root[i]);
   }
-  return most * most_inverse;
+  return std::max(1.0, most * most_inverse);  // of a single parameter, rounding alone may leave less
 }
 
 // h: J'WJ; middle: of the sandwich, null where residuals are weighted by their own covariance (reprojection); s2:
