@@ -1,32 +1,14 @@
 #include "drivers/strobe/strobe_clock.hpp"
 
-#include <cerrno>
-#include <ctime>
 #include <limits>
+
+#include "drivers/support/system_clock.hpp"
 
 namespace srd {
 
-namespace {
+std::int64_t SystemStrobeClock::now_ns() noexcept { return clock_ns(CLOCK_MONOTONIC); }
 
-constexpr std::int64_t kSecond = 1'000'000'000;
-
-std::int64_t read(clockid_t clock) noexcept {
-  timespec t{};
-  clock_gettime(clock, &t);
-  return static_cast<std::int64_t>(t.tv_sec) * kSecond + t.tv_nsec;
-}
-
-}  // namespace
-
-std::int64_t SystemStrobeClock::now_ns() noexcept { return read(CLOCK_MONOTONIC); }
-
-void SystemStrobeClock::sleep_until(std::int64_t monotonic_ns) noexcept {
-  timespec t{};
-  t.tv_sec = static_cast<time_t>(monotonic_ns / kSecond);
-  t.tv_nsec = static_cast<decltype(t.tv_nsec)>(monotonic_ns % kSecond);
-  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr) == EINTR) {
-  }
-}
+void SystemStrobeClock::sleep_until(std::int64_t monotonic_ns) noexcept { sleep_until_ns(monotonic_ns); }
 
 std::int64_t SystemStrobeClock::offset_ns(ClockId clock) noexcept {
   clockid_t other = CLOCK_MONOTONIC;
@@ -39,7 +21,7 @@ std::int64_t SystemStrobeClock::offset_ns(ClockId clock) noexcept {
   // The narrowest of three pairs of readings: an interrupt between them would look like an offset.
   std::int64_t offset = 0, narrowest = std::numeric_limits<std::int64_t>::max();
   for (int i = 0; i < 3; ++i) {
-    const std::int64_t before = read(CLOCK_MONOTONIC), there = read(other), after = read(CLOCK_MONOTONIC);
+    const std::int64_t before = clock_ns(CLOCK_MONOTONIC), there = clock_ns(other), after = clock_ns(CLOCK_MONOTONIC);
     if (after - before >= narrowest) continue;
     narrowest = after - before;
     offset = there - (before + narrowest / 2);

@@ -1,6 +1,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "drivers/support/formatted.hpp"
 #include "firmware/doctor/doctor.hpp"
 #include "firmware/strobe/strobe.hpp"
 
@@ -16,13 +17,6 @@ constexpr auto kPatience = std::chrono::milliseconds(500);
 constexpr int kStep = 4;               // every fourth pixel is enough to judge the light
 constexpr double kDark = 30, kBright = 225, kMostSaturated = 0.01;
 constexpr double kRateTolerance = 0.02;
-
-template <class... Values>
-std::string format(const char* pattern, Values... values) {
-  char text[256];
-  std::snprintf(text, sizeof text, pattern, values...);
-  return text;
-}
 
 struct Seen {
   std::uint64_t frames = 0, bad = 0, gaps = 0, away = 0;
@@ -84,7 +78,7 @@ Seen watch(Camera& camera, Strobe* strobe, std::chrono::milliseconds time) {
 
 void judge_frames(const Seen& seen, bool live, double wanted_hz, Diagnosis& diagnosis) {
   const double rate = seen.rate_hz();
-  const std::string found = format("%llu frames, %.2f frames/s, %llu missing, %llu unusable",
+  const std::string found = formatted("%llu frames, %.2f frames/s, %llu missing, %llu unusable",
                                    static_cast<unsigned long long>(seen.frames), rate,
                                    static_cast<unsigned long long>(seen.gaps), static_cast<unsigned long long>(seen.bad));
   if (seen.frames == 0) {
@@ -94,7 +88,7 @@ void judge_frames(const Seen& seen, bool live, double wanted_hz, Diagnosis& diag
   } else if (seen.gaps + seen.bad + seen.away > 0) {
     diagnosis.warn("frames", found, "a shorter cable, more buffers (camera.buffers), a lower rate, or a faster disk");
   } else if (live && rate > 0 && std::abs(rate - wanted_hz) > kRateTolerance * wanted_hz) {
-    diagnosis.warn("frames", found + format(", asked were %.2f", wanted_hz),
+    diagnosis.warn("frames", found + formatted(", asked were %.2f", wanted_hz),
                    "a rate that the camera offers (--list-cameras), or a shorter exposure");
   } else {
     diagnosis.ok("frames", found);
@@ -104,7 +98,7 @@ void judge_frames(const Seen& seen, bool live, double wanted_hz, Diagnosis& diag
 void judge_light(const Seen& seen, Diagnosis& diagnosis) {
   if (seen.pixels == 0) return;
   const double mean = seen.grey / seen.pixels, saturated = seen.saturated / seen.pixels;
-  const std::string found = format("mean grey level %.0f, %.1f %% saturated", mean, 100 * saturated);
+  const std::string found = formatted("mean grey level %.0f, %.1f %% saturated", mean, 100 * saturated);
   if (mean < kDark)
     diagnosis.warn("light", found + ": too dark", "a longer exposure (camera.exposure_us), more gain or light; the lens cap");
   else if (mean > kBright || saturated > kMostSaturated)
@@ -140,7 +134,7 @@ void find_pattern(Instrument& instrument, std::chrono::milliseconds time, Diagno
     status = result.status;
     if (!result.has_surface()) continue;
     camera.stop();
-    diagnosis.ok("pattern", format("%d of %d corners, %.3f px rms", result.estimate.corners_used, corners,
+    diagnosis.ok("pattern", formatted("%d of %d corners, %.3f px rms", result.estimate.corners_used, corners,
                                    static_cast<double>(result.estimate.reprojection_rms)));
     return;
   }
@@ -161,12 +155,12 @@ void check_camera(const NodeConfig& config, const DoctorOptions& options, Diagno
     diagnosis.fail("camera", started.error());
     return;
   }
-  const std::string size = format("%d x %d", camera.width(), camera.height());
+  const std::string size = formatted("%d x %d", camera.width(), camera.height());
   const bool fits = camera.width() == instrument->width && camera.height() == instrument->height;
   if (fits)
     diagnosis.ok("camera", config.camera->text() + ", " + size);
   else
-    diagnosis.fail(Exit::kInput, "camera", size + ", and the calibration is of " + format("%d x %d", instrument->width, instrument->height),
+    diagnosis.fail(Exit::kInput, "camera", size + ", and the calibration is of " + formatted("%d x %d", instrument->width, instrument->height),
                    "the calibration of this camera and mode");
   // As in a measurement: a sensor that waits for triggers gives frames, and the light is what they will have. A strobe that
   // does not work is for the GPIO's own check.

@@ -13,6 +13,8 @@
 #include <thread>
 #include <vector>
 
+#include "drivers/support/formatted.hpp"
+#include "drivers/support/system_clock.hpp"
 #include "firmware/doctor/doctor.hpp"
 #include "firmware/health/board_health.hpp"
 #include "firmware/health/clock_health.hpp"
@@ -26,32 +28,15 @@ constexpr double kMostLateness_us = 200;  // what a strobe pulse may be late by 
 constexpr rlim_t kLeastLocked = rlim_t{256} << 20;  // all that is reserved counts, used or not
 constexpr float kHot_c = 80;
 
-template <class... Values>
-std::string format(const char* pattern, Values... values) {
-  char text[256];
-  std::snprintf(text, sizeof text, pattern, values...);
-  return text;
-}
-
-std::int64_t now_ns(clockid_t clock) {
-  timespec time{};
-  ::clock_gettime(clock, &time);
-  return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
-}
-
 // How late a thread of this priority wakes, us, sorted. Sleeps to absolute times, as the strobe does.
 std::vector<double> lateness_us(int priority, std::chrono::milliseconds time) {
   std::vector<double> late;
   std::thread([&] {
     if (priority > 0) (void)system_calls().set_priority(priority);
-    const std::int64_t begin = now_ns(CLOCK_MONOTONIC);
+    const std::int64_t begin = clock_ns(CLOCK_MONOTONIC);
     for (std::int64_t at = begin + kWakeEvery_ns; at < begin + time / std::chrono::nanoseconds(1); at += kWakeEvery_ns) {
-      timespec until{};
-      until.tv_sec = static_cast<time_t>(at / 1'000'000'000);
-      until.tv_nsec = static_cast<long>(at % 1'000'000'000);
-      while (::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
-      }
-      late.push_back(static_cast<double>(now_ns(CLOCK_MONOTONIC) - at) / 1e3);
+      sleep_until_ns(at);
+      late.push_back(static_cast<double>(clock_ns(CLOCK_MONOTONIC) - at) / 1e3);
     }
   }).join();
   std::sort(late.begin(), late.end());
@@ -97,7 +82,7 @@ void check_clock(const NodeConfig& config, const DoctorOptions& options, Diagnos
   const ClockHealth clock = read_clock_health();
   switch (clock.state) {
     case proto::ClockState::kSynchronised:
-      diagnosis.ok("clock", format("follows a reference, %.3f ms to correct, error below %.1f ms",
+      diagnosis.ok("clock", formatted("follows a reference, %.3f ms to correct, error below %.1f ms",
                                    static_cast<double>(clock.offset_ns.value_or(0)) / 1e6,
                                    static_cast<double>(clock.uncertainty_ns) / 1e6));
       break;
@@ -113,7 +98,7 @@ void check_clock(const NodeConfig& config, const DoctorOptions& options, Diagnos
   const auto late = lateness_us(config.realtime.strobe_priority, options.wake_ups);
   if (late.empty()) return;
   const auto at = [&](double share) { return late[static_cast<std::size_t>(share * static_cast<double>(late.size() - 1))]; };
-  const std::string found = format("resolution %ld ns; late by %.0f us at the median, %.0f us at 99 %%, %.0f us at most, of %zu times",
+  const std::string found = formatted("resolution %ld ns; late by %.0f us at the median, %.0f us at 99 %%, %.0f us at most, of %zu times",
                                    static_cast<long>(resolution.tv_nsec), at(0.5), at(0.99), late.back(), late.size());
   if (resolution.tv_sec > 0 || resolution.tv_nsec > 1000)
     diagnosis.warn("wake-ups", found, "a kernel with high-resolution timers (CONFIG_HIGH_RES_TIMERS)");
@@ -140,9 +125,9 @@ void check_permissions(const NodeConfig& config, Diagnosis& diagnosis, const Rea
   else if (calls.may_lock_everything())
     diagnosis.ok("memory", "may be locked without a limit");
   else if (locked.rlim_cur >= kLeastLocked)
-    diagnosis.ok("memory", format("up to %llu MiB may be locked", static_cast<unsigned long long>(locked.rlim_cur >> 20)));
+    diagnosis.ok("memory", formatted("up to %llu MiB may be locked", static_cast<unsigned long long>(locked.rlim_cur >> 20)));
   else
-    diagnosis.warn("memory", format("only %llu KiB may be locked", static_cast<unsigned long long>(locked.rlim_cur >> 10)),
+    diagnosis.warn("memory", formatted("only %llu KiB may be locked", static_cast<unsigned long long>(locked.rlim_cur >> 10)),
                    "LimitMEMLOCK=infinity in the unit, 'memlock unlimited' in /etc/security/limits.d, or CAP_IPC_LOCK");
   if (::geteuid() == 0) {
     diagnosis.ok("groups", "root needs none");
@@ -163,10 +148,10 @@ void check_board(const DoctorOptions& options, Diagnosis& diagnosis) {
   if (!std::isfinite(reading.temperature_c))
     diagnosis.ok("temperature", "this board does not tell");
   else if (reading.temperature_c >= kHot_c)
-    diagnosis.warn("temperature", format("%.0f C (%s)", static_cast<double>(reading.temperature_c), health.thermal_zone().c_str()),
+    diagnosis.warn("temperature", formatted("%.0f C (%s)", static_cast<double>(reading.temperature_c), health.thermal_zone().c_str()),
                    "a heat sink or a fan, and shade");
   else
-    diagnosis.ok("temperature", format("%.0f C (%s)", static_cast<double>(reading.temperature_c), health.thermal_zone().c_str()));
+    diagnosis.ok("temperature", formatted("%.0f C (%s)", static_cast<double>(reading.temperature_c), health.thermal_zone().c_str()));
   const std::uint32_t now = reading.throttled & proto::Throttled::kNow, once = reading.throttled >> proto::Throttled::kEverShift;
   if (reading.throttled == 0) {
     diagnosis.ok("throttling", health.knows_throttling() ? "none" : "this board does not tell");

@@ -1,8 +1,9 @@
 #include "firmware/loop/frame_loop.hpp"
 
 #include <chrono>
-#include <ctime>
 #include <thread>
+
+#include "drivers/support/system_clock.hpp"
 
 namespace srd::firmware {
 
@@ -11,12 +12,6 @@ namespace {
 constexpr std::size_t kRingFrames = 64;  // more than any camera has buffers
 constexpr auto kCaptureTimeout = std::chrono::milliseconds(100);
 constexpr auto kWaitForRoom = std::chrono::milliseconds(1);
-
-std::int64_t clock_ns(clockid_t clock) {
-  timespec t{};
-  clock_gettime(clock, &t);
-  return static_cast<std::int64_t>(t.tv_sec) * 1'000'000'000 + t.tv_nsec;
-}
 
 // The wall clock's reading at a sensor time, 0 for clocks that have no relation to it.
 void set_wall_time(proto::Stamp& stamp) {

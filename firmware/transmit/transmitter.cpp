@@ -1,10 +1,9 @@
 #include "firmware/transmit/transmitter.hpp"
 
-#include <time.h>
-
 #include <array>
 #include <chrono>
 
+#include "drivers/support/system_clock.hpp"
 #include "firmware/service/stop_signals.hpp"
 
 namespace srd::firmware {
@@ -13,12 +12,6 @@ namespace {
 constexpr std::chrono::milliseconds kTurn{2};
 constexpr int kMostPerTurn = 32;  // datagrams: a burst that the host's socket buffer holds
 constexpr std::int64_t kReconnect = 1'000'000'000;
-
-std::int64_t read_clock(clockid_t clock) {
-  timespec time{};
-  ::clock_gettime(clock, &time);
-  return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
-}
 
 }  // namespace
 
@@ -68,7 +61,7 @@ TransmitterReport Transmitter::finish() {
 
 void Transmitter::run() {
   while (!abandoned_.load(std::memory_order_relaxed)) {
-    const std::int64_t now = read_clock(CLOCK_MONOTONIC);
+    const std::int64_t now = clock_ns(CLOCK_MONOTONIC);
     const bool stopping = stopping_.load(std::memory_order_acquire);
     if (!socket_) connect(now);
     take_records(now);
@@ -80,7 +73,7 @@ void Transmitter::run() {
     // Nothing kept and something queued: the queue is taken in the next turn.
     if (stopping && sender_.finished(now) && (frames_.empty() || sender_.unacknowledged() > 0)) break;
   }
-  const std::int64_t now = read_clock(CLOCK_MONOTONIC);
+  const std::int64_t now = clock_ns(CLOCK_MONOTONIC);
   for (int i = 0; socket_ && stopping_.load() && i < 3; ++i) (void)socket_->send(sender_.status(now));
 }
 
@@ -95,7 +88,7 @@ void Transmitter::take_records(std::int64_t now) {
     proto::NodeStatus status = *given;
     statuses_.pop();
     status.dropped_transmit = frames_.overflow();
-    sender_.set_status(status, read_clock(CLOCK_REALTIME) - now);
+    sender_.set_status(status, clock_ns(CLOCK_REALTIME) - now);
   }
   const bool may_overwrite = sender_.overwrites();
   for (const proto::CoefficientFrame* frame = frames_.front(); frame != nullptr; frame = frames_.front()) {

@@ -9,15 +9,10 @@
 #include <set>
 #include <utility>
 
+#include "drivers/support/formatted.hpp"
+
 namespace srd::host {
 namespace {
-
-template <class... Values>
-std::string format(const char* pattern, Values... values) {
-  std::array<char, 256> text;
-  const int size = std::snprintf(text.data(), text.size(), pattern, values...);
-  return {text.data(), std::min(static_cast<std::size_t>(size), text.size() - 1)};
-}
 
 const char* ending_of(const Source& source) {
   if (source.ended && source.stream.missing() == 0) return "ended";
@@ -65,10 +60,10 @@ static std::string health_text(const proto::NodeStatus& status) {
   std::string out;
   if (const auto words = concerns(status); !words.empty()) out += "  " + joined(words) + "\n";
   if (status.minor_faults + status.major_faults > 0)
-    out += format("  page faults in the frame loop: %" PRIu64 ", %" PRIu64 " of them with the disk\n",
+    out += formatted("  page faults in the frame loop: %" PRIu64 ", %" PRIu64 " of them with the disk\n",
                   status.minor_faults + status.major_faults, status.major_faults);
   if (status.recording != proto::RecordState::kNone)
-    out += format("  recorded on the node: %" PRIu64 " frames, %" PRIu64 " dropped\n", status.recorded, status.record_dropped);
+    out += formatted("  recorded on the node: %" PRIu64 " frames, %" PRIu64 " dropped\n", status.recorded, status.record_dropped);
   return out;
 }
 
@@ -93,11 +88,11 @@ std::string status_line(const Session& session, double rate_hz) {
     resent += source.status.resent;
     duplicates += source.stream.counts().duplicates;
   }
-  std::string line = format("%zu %s  %" PRIu64 " frames  %.0f/s  missing %" PRIu64 "  lost %" PRIu64 "  resent %" PRIu64
+  std::string line = formatted("%zu %s  %" PRIu64 " frames  %.0f/s  missing %" PRIu64 "  lost %" PRIu64 "  resent %" PRIu64
                             "  duplicates %" PRIu64,
                             nodes.size(), nodes.size() == 1 ? "node" : "nodes", session.rows(), rate_hz, missing, lost,
                             resent, duplicates);
-  if (std::isfinite(session.last_height_mm())) line += format("  height %.2f mm", session.last_height_mm());
+  if (std::isfinite(session.last_height_mm())) line += formatted("  height %.2f mm", session.last_height_mm());
   constexpr std::size_t kMostNodes = 2;
   float hottest = -std::numeric_limits<float>::infinity();
   std::vector<std::string> worried;
@@ -106,34 +101,34 @@ std::string status_line(const Session& session, double rate_hz) {
     if (const auto words = concerns(source->status); !words.empty())
       worried.push_back(std::string(node.view()) + ": " + joined(words));
   }
-  if (std::isfinite(hottest)) line += format("  %.0f C", static_cast<double>(hottest));
+  if (std::isfinite(hottest)) line += formatted("  %.0f C", static_cast<double>(hottest));
   for (std::size_t i = 0; i < std::min(worried.size(), kMostNodes); ++i) line += "  " + worried[i];
-  if (worried.size() > kMostNodes) line += format("  and %zu nodes more", worried.size() - kMostNodes);
+  if (worried.size() > kMostNodes) line += formatted("  and %zu nodes more", worried.size() - kMostNodes);
   return line;
 }
 
 std::string summary_table(const Session& session) {
   const Receiver& receiver = session.receiver();
   if (receiver.sources().empty() && receiver.counts().rejected == 0) return "no node was heard\n";
-  std::string out = format("%-16s %-20s %10s %9s %8s %8s %10s  %s\n", "node", "boot", "rows", "missing", "lost", "resent",
+  std::string out = formatted("%-16s %-20s %10s %9s %8s %8s %10s  %s\n", "node", "boot", "rows", "missing", "lost", "resent",
                            "duplicates", "state");
   for (const auto& [id, source] : receiver.sources()) {
     const StreamCounts& counts = source.stream.counts();
-    out += format("%-16s %-20" PRIu64 " %10" PRIu64 " %9" PRIu64 " %8" PRIu64 " %8" PRIu64 " %10" PRIu64 "  %s\n",
+    out += formatted("%-16s %-20" PRIu64 " %10" PRIu64 " %9" PRIu64 " %8" PRIu64 " %8" PRIu64 " %10" PRIu64 "  %s\n",
                   id.node.c_str(), id.boot, counts.delivered, source.stream.missing(), counts.lost, source.status.resent,
                   counts.duplicates, ending_of(source));
     if (counts.lost > 0)
       out += "  frames that are in no record: " + range_text(source.stream.lost_ranges(), 20) + "\n";
     if (source.has_status) out += health_text(source.status);
     if (source.stream.waiting() > 0)
-      out += format("  %zu frames came after a gap and are not in the record; the node still has them: --append\n",
+      out += formatted("  %zu frames came after a gap and are not in the record; the node still has them: --append\n",
                     source.stream.waiting());
   }
   if (receiver.counts().rejected > 0)
-    out += format("%" PRIu64 " datagrams were rejected: damaged, or not from a node of this version\n",
+    out += formatted("%" PRIu64 " datagrams were rejected: damaged, or not from a node of this version\n",
                   receiver.counts().rejected);
   if (receiver.counts().no_room > 0)
-    out += format("%" PRIu64 " datagrams came from more nodes than are kept (%zu)\n", receiver.counts().no_room,
+    out += formatted("%" PRIu64 " datagrams came from more nodes than are kept (%zu)\n", receiver.counts().no_room,
                   Receiver::kMostSources);
   return out;
 }

@@ -1,7 +1,6 @@
 // A libcamera camera through the camera interface, and the list of those that are there.
 #include <algorithm>
 #include <chrono>
-#include <ctime>
 #include <thread>
 
 #include "drivers/camera/frame_pool.hpp"
@@ -10,6 +9,7 @@
 #include "drivers/camera/libcamera/libcamera_driver.hpp"
 #include "drivers/camera/libcamera/libcamera_session.hpp"
 #include "drivers/camera/libcamera/libcamera_version.hpp"
+#include "drivers/support/system_clock.hpp"
 #include "drivers/support/text_file.hpp"
 
 namespace srd {
@@ -19,12 +19,6 @@ namespace {
 constexpr auto kTimeoutLeast = std::chrono::seconds(1);
 constexpr auto kStallLeast = std::chrono::seconds(2);
 constexpr auto kBetweenTries = std::chrono::milliseconds(500);
-
-std::int64_t clock_ns(clockid_t clock) {
-  timespec time{};
-  clock_gettime(clock, &time);
-  return static_cast<std::int64_t>(time.tv_sec) * 1'000'000'000 + time.tv_nsec;
-}
 
 // libcamera says CLOCK_BOOTTIME; most pipelines hand on the kernel's CLOCK_MONOTONIC. They differ by the time asleep.
 ClockId nearest_clock(std::int64_t stamp_ns) {

@@ -11,6 +11,7 @@
 #include <ctime>
 
 #include "drivers/camera/libcamera/libcamera_version.hpp"
+#include "drivers/support/system_clock.hpp"
 #include "drivers/support/text_file.hpp"
 
 namespace srd {
@@ -313,9 +314,7 @@ LibcameraSession::Ready LibcameraSession::wait(std::chrono::nanoseconds timeout)
     if (completed_.front() != nullptr) return Ready::kFrame;
     if (gone_.load(std::memory_order_acquire)) return Ready::kGone;
     const auto left = std::max(std::chrono::nanoseconds(0), std::chrono::nanoseconds(deadline - std::chrono::steady_clock::now()));
-    timespec time{};
-    time.tv_sec = static_cast<time_t>(left.count() / 1'000'000'000);
-    time.tv_nsec = static_cast<long>(left.count() % 1'000'000'000);
+    const timespec time = timespec_of(left.count());
     pollfd asked{wakeup_.get(), POLLIN, 0};
     if (::ppoll(&asked, 1, &time, nullptr) == 0) return Ready::kTimeout;
     std::uint64_t count = 0;

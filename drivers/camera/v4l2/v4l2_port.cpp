@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <ctime>
 
+#include "drivers/support/system_clock.hpp"
 #include "drivers/support/unique_fd.hpp"
 
 namespace srd {
@@ -16,13 +17,7 @@ namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
 
-timespec timespec_of(std::int64_t ns) {
-  ns = std::clamp<std::int64_t>(ns, 0, 1000 * kSecond);
-  timespec time{};
-  time.tv_sec = static_cast<time_t>(ns / kSecond);
-  time.tv_nsec = static_cast<long>(ns % kSecond);
-  return time;
-}
+timespec bounded(std::chrono::nanoseconds time) { return timespec_of(std::clamp<std::int64_t>(time.count(), 0, 1000 * kSecond)); }
 
 class SystemPort final : public V4l2Port {
  public:
@@ -55,13 +50,9 @@ class SystemPort final : public V4l2Port {
       return (asked.revents & POLLIN) != 0 ? Ready::kFrame : Ready::kError;
     }
   }
-  std::int64_t now_ns() noexcept override {
-    timespec time{};
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return static_cast<std::int64_t>(time.tv_sec) * kSecond + time.tv_nsec;
-  }
+  std::int64_t now_ns() noexcept override { return clock_ns(CLOCK_MONOTONIC); }
   void pause(std::chrono::nanoseconds time) noexcept override {
-    const timespec wanted = timespec_of(time.count());
+    const timespec wanted = bounded(time);
     clock_nanosleep(CLOCK_MONOTONIC, 0, &wanted, nullptr);
   }
 
