@@ -6,19 +6,8 @@ export DEBIAN_FRONTEND=noninteractive LC_ALL=C.UTF-8
 node=/etc/flume-srd/node.toml
 profile=/usr/share/flume-srd/profiles/generic-v4l2/node.toml
 unit=/usr/lib/systemd/system/flume-srd-node.service
-failed=0
+. /packages/check.sh
 
-check() { # name, command...
-  name=$1
-  shift
-  if "$@" >/tmp/said 2>&1; then
-    echo "ok    $name"
-  else
-    echo "FAIL  $name: $*"
-    sed 's/^/      /' /tmp/said
-    failed=1
-  fi
-}
 apt() { apt-get -qq -y --no-install-recommends "$@" </dev/null; }
 holds() { grep -qF -- "$2" "$1"; }
 absent() { [ ! -e "$1" ]; }

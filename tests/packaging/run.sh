@@ -88,7 +88,7 @@ try() { # architecture
     mkdir -p "$packages/geometry/$board"
     python3 tests/packaging/write_geometry.py "$profile" "$packages/geometry/$board" || return 1
   done
-  cp tests/packaging/in_root.sh "$packages/"
+  cp tests/packaging/in_root.sh tests/check.sh "$packages/"
   in_emulated_root "$tree" "$roots/archives-$release-$1" /bin/sh /packages/in_root.sh
   local code=$?
   rm -rf --one-file-system "$tree"

@@ -3,19 +3,8 @@
 set -u
 node=/etc/flume-srd/node.toml
 unit=flume-srd-node
-failed=0
+. /w/check.sh
 
-check() { # name, command...
-  name=$1
-  shift
-  if "$@" >/tmp/said 2>&1; then
-    echo "ok    $name"
-  else
-    echo "FAIL  $name: $*"
-    sed 's/^/      /' /tmp/said
-    failed=1
-  fi
-}
 comes_to() { # state; an emulated board takes its time
   for _ in $(seq 30); do
     [ "$(systemctl show -P ActiveState $unit)" != "$1" ] || return 0

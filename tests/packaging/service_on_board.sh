@@ -26,7 +26,7 @@ trap 'forget_interpreter; rm -rf --one-file-system "$roots/board-tree"' EXIT
 (cd build/arm64 && rm -f packages/*.deb && cpack -G DEB -B packages >packages.log 2>&1) || { cat build/arm64/packages.log; exit 1; }
 cp build/arm64/packages/flume-srd-node_*_arm64.deb "$work/node.deb"
 python3 tests/packaging/write_geometry.py board/virtual/node.toml "$work/geometry"
-cp tests/packaging/service_checks.sh "$work/"
+cp tests/packaging/service_checks.sh tests/check.sh "$work/"
 
 # A system with systemd is made once; the package of this build is installed each time.
 tree=$roots/board-tree

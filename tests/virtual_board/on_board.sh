@@ -1,12 +1,7 @@
 # Runs on the emulated board as root, in /w. Ends with 0 when every step did; says what each saw.
 set -u
-failed=0
+. /w/check.sh
 step() { echo "-- $*"; }
-check() { # text, command...
-  local what=$1
-  shift
-  if "$@"; then echo "ok    $what"; else echo "FAIL  $what"; failed=1; fi
-}
 . /w/settings # NODE_HOST
 
 /lib/systemd/systemd-udevd --daemon 2>/dev/null

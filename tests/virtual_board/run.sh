@@ -65,7 +65,7 @@ ly_mm = 440
 guess_mm = [80.0]
 TOML
 cp -r tests/data/flume-small "$work/data/"
-cp "$here/on_board.sh" "$work/"
+cp "$here/on_board.sh" tests/check.sh "$work/"
 for program in firmware/srd-node tests/srd_board_tests; do
   aarch64-linux-gnu-strip -o "$work/${program##*/}" "build/arm64/$program"
 done
@@ -76,7 +76,8 @@ printf 'NODE_HOST=10.0.2.2:%s\n' "$port" >"$work/settings"
 "$srd" listen --bind "127.0.0.1:$port" --csv "$work/coefficients.csv" >"$work/listen.log" 2>&1 </dev/null &
 listener=$!
 trap 'kill "$listener" 2>/dev/null || true' EXIT
-failed=0
+check_shows=always
+. tests/check.sh
 echo "== board"
 toolchains/virtual_board/boot.sh "$work" 300 || failed=$?
 sleep 1
@@ -84,11 +85,6 @@ kill -INT "$listener"
 wait "$listener" || true
 trap - EXIT
 
-check() { # text, command...
-  local what=$1
-  shift
-  if "$@"; then echo "ok    $what"; else echo "FAIL  $what"; failed=1; fi
-}
 echo "== on this machine"
 tail -n 3 "$work/listen.log"
 # Late frames have no record: the node's own number of records is what the host must have.
@@ -111,4 +107,5 @@ for run in calm:95 troubled:80; do
 done
 check "the strobe is in step with the frames" python3 -B "$here/check_strobe.py" "$work/gpio.trace" "$work/calm/frames.csv"
 echo "== virtual board: $([ "$failed" -eq 0 ] && echo passed || echo "FAILED ($failed)") after $((SECONDS - started)) s"
+rm -f -- "$check_said"
 exit "$failed"
