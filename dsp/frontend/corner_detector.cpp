@@ -30,8 +30,10 @@ std::span<const CornerFit> CornerDetector::detect(const GrayView& image, const D
   if (image.width > max_width_ || image.height > max_height_) return {};
   find_maxima(image, options);
   keep_distant(options.min_distance);
-  // One lens, much the same blur: a corner starts from that of the one before.
-  std::int32_t blur_q12 = CornerShape{}.blur_q12;
+  // One lens, much the same blur: a corner starts from that of the one before. That one may have been something sharper
+  // than the board, as lettering is, from whose blur no corner of the board is found: then from the usual blur.
+  constexpr std::int32_t kUsualBlurQ12 = CornerShape{}.blur_q12;
+  std::int32_t blur_q12 = kUsualBlurQ12;
   ResponseWindow window;
   for (const Maximum& maximum : maxima_) {
     CornerFit fit;
@@ -42,7 +44,11 @@ std::span<const CornerFit> CornerDetector::detect(const GrayView& image, const D
       response_window(image, maximum.u - 2, maximum.v - 2, 5, options.response, window);
       (void)place_at_top(window, 2, 2, start);
     }
-    if (!fit_corner(image, start, options.fit, fit)) continue;
+    if (!fit_corner(image, start, options.fit, fit)) {
+      if (blur_q12 == kUsualBlurQ12) continue;
+      start.blur_q12 = kUsualBlurQ12;
+      if (!fit_corner(image, start, options.fit, fit)) continue;
+    }
     if (corners_.size() == max_corners_) {
       ++overflow_;
       continue;

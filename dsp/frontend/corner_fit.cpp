@@ -14,6 +14,8 @@ namespace {
 using Ldl = FixedLdl<CornerSums::kColumns - 1>;
 
 constexpr std::int64_t kMinBlur = 4096 * 36 / 100, kMaxBlur = 4096 * 4;  // Q12 px
+// Q16 grey levels: 0 to 255, half of that, and what noise may add. Beyond them residuals are cut off and look small.
+constexpr std::int64_t kLeastMean = -(16 << 16), kMostMean = 271 << 16, kMostContrast = 144 << 16;
 constexpr std::int64_t kMaxMove = 1 << 16, kMaxTurn = 1 << 12;           // of one step: 1 px, 1/4 rad
 
 // The state of the iteration: position in Q16 px relative to the window's centre pixel.
@@ -175,6 +177,9 @@ bool fit_corner(const GrayView& image, const CornerShape& start, const CornerFit
     if (iteration + 1 >= options.max_iterations) return false;
   }
   if (std::abs(cross_q14(state.n1, state.n2)) < (1 << 14) / 4) return false;
+  // Strokes of letters, a pattern finer than the window: they fit as something wider and brighter than any corner is.
+  if (state.blur >= kMaxBlur || state.contrast > kMostContrast || state.mean < kLeastMean || state.mean > kMostMean)
+    return false;
 
   const std::int64_t variance_q12 = solver.remainder(2) / (window.size - (CornerSums::kColumns - 1));
   const std::int64_t residual_q6 = isqrt(static_cast<std::uint64_t>(variance_q12));

@@ -46,7 +46,7 @@ struct CornerFit {
 // False: not exactly four changes between bright and dark, as at an edge, in a flat area, or at noise.
 [[nodiscard]] bool guess_shape(const GrayView& image, int u, int v, int radius, CornerShape& shape);
 
-// False: the window leaves the image, contrast or residual is out of bounds, the edges are nearly parallel,
+// False: the window leaves the image, contrast, blur or residual is out of bounds, the edges are nearly parallel,
 // or the iteration runs away. Then there is no corner that one would want to measure with.
 [[nodiscard]] bool fit_corner(const GrayView& image, const CornerShape& start, const CornerFitOptions& options,
                               CornerFit& fit);
