@@ -23,6 +23,7 @@ template <class T>
 
 struct Uncertainty {
   InformationMatrix<double> information;     // 1/mm^2
+  InformationMatrix<double> covariance;      // mm^2
   Coefficients<double> standard_deviation;  // mm
   RankReport rank;
 };
@@ -52,17 +53,17 @@ struct Uncertainty {
   if (!factored || !(factors.smallest_pivot() > kRankThreshold) || out.rank.singular()) return false;
   const InformationMatrix<double> inverse = factors.inverse();
   out.rank.condition = condition_of(h, inverse);
-  InformationMatrix<double> covariance = s2 * inverse;
+  out.covariance = s2 * inverse;
   if (middle == nullptr) {
     out.information = h / s2;
   } else {
     ScaledCholesky middle_factors;
     if (!middle_factors.factor(*middle) || !(middle_factors.smallest_pivot() > 0)) return false;
-    covariance = s2 * inverse.lazyProduct(*middle).eval().lazyProduct(inverse);
+    out.covariance = s2 * inverse.lazyProduct(*middle).eval().lazyProduct(inverse);
     out.information = h.lazyProduct(middle_factors.inverse()).eval().lazyProduct(h) / s2;
     out.information = ((out.information + out.information.transpose()) / 2).eval();
   }
-  out.standard_deviation = covariance.diagonal().cwiseSqrt();
+  out.standard_deviation = out.covariance.diagonal().cwiseSqrt();
   return out.standard_deviation.allFinite() && out.information.allFinite();
 }
 

@@ -91,9 +91,9 @@ Result<SurfaceEstimator<S>> SurfaceEstimator<S>::make(const SurfaceModel<S>& mod
   out.solver_.scale = as_coefficients(options.scale);
   out.solver_.lower = as_coefficients(options.lower);
   out.solver_.upper = as_coefficients(options.upper);
+  const Eigen::Index modes = model.modes.size();
   if (options.free_index) {
     constexpr double kFar = std::numeric_limits<double>::infinity();
-    const Eigen::Index modes = model.modes.size();
     append(kIndexScale, std::numeric_limits<double>::quiet_NaN(), modes, out.solver_.scale);
     append(options.index_lower, -kFar, modes, out.solver_.lower);
     append(options.index_upper, kFar, modes, out.solver_.upper);
@@ -102,6 +102,13 @@ Result<SurfaceEstimator<S>> SurfaceEstimator<S>::make(const SurfaceModel<S>& mod
   out.solver_.deadline = options.deadline;
   out.solver_.deadline_context = options.deadline_context;
   out.points_.assign(bottom_points.begin(), bottom_points.end());
+  out.height_products_ = InformationMatrix<double>::Zero(modes, modes);
+  Basis<S> basis;
+  for (const Vec3<S>& point : bottom_points) {
+    model.basis(point.x(), point.y(), basis);
+    const Coefficients<double> phi = basis.value.template cast<double>();
+    out.height_products_ += phi * phi.transpose() / static_cast<double>(bottom_points.size());
+  }
   out.optics_ = Optics<Lanes<S>>::make(model, media);
   out.optics_.free_index = options.free_index;
   out.max_corners_ = static_cast<std::size_t>(max_corners);
@@ -216,6 +223,8 @@ Stop SurfaceEstimator<S>::finish(CornerProblem<S>& problem, const Coefficients<d
     if (const Stop stop = take_index(a, h, s2, uncertainty, out); failed(stop)) return stop;
   out.information = uncertainty.information.template cast<S>();
   out.standard_deviation = uncertainty.standard_deviation.template cast<S>();
+  const double variance = uncertainty.covariance.topLeftCorner(modes, modes).cwiseProduct(height_products_).sum();
+  out.height_deviation = static_cast<S>(std::sqrt(std::max(variance, 0.0)));
   return out.stop;
 }
 

@@ -59,6 +59,7 @@ struct Estimate {
   Coefficients<S> coefficients;        // mm
   InformationMatrix<S> information;    // 1/mm^2; inverse of the covariance (17)
   Coefficients<S> standard_deviation;  // mm; 1e-4 for coefficients that equal bounds hold
+  S height_deviation = 0;              // mm; of the surface's height, rms over the places of the bottom points (17a)
   S mean_error = 0;                    // mean |e| over the corners used, in the metric's unit
   S reprojection_rms = 0;              // px per axis over the corners used, whatever the metric
   S cost = 0;                          // sum of rho, of squared weighted residuals
@@ -119,6 +120,7 @@ class SurfaceEstimator {
   double index_most_deviation_ = 0;
   GaussNewtonOptions solver_;
   std::vector<Vec3<S>> points_;
+  InformationMatrix<double> height_products_;  // mean of phi phi' over points_, one unit
   Optics<Lanes<S>> optics_;
   std::array<View<Lanes<S>>, kMaxCameras> views_;
   std::vector<PreparedCorner<Lanes<S>>> groups_;  // room for max_corners, each camera's last group filled up

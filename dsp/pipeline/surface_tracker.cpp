@@ -180,6 +180,9 @@ TrackStatus SurfaceTracker<S>::estimate(std::span<const Coefficients<S>> starts,
       seen[c] = {&cameras_[c].setup.view, cameras_[c].observations};
     result_.estimate = estimator_.estimate(std::span(seen).first(cameras_.size()), starts, timed);
     if (failed(result_.estimate.stop)) return TrackStatus::kSolverFailed;
+    if (options_.max_deviation_mm > 0 &&
+        !(result_.estimate.height_deviation <= static_cast<S>(options_.max_deviation_mm)))
+      return TrackStatus::kTooFewCorners;
     // The best so far of corners that a prediction identified; estimate.stop says that it is no more.
     if (result_.estimate.stop == Stop::kDeadline) return TrackStatus::kOk;
     return result_.estimate.reprojection_rms <= static_cast<S>(options_.max_rms_px) ? TrackStatus::kOk

@@ -23,6 +23,7 @@ struct SurfaceTrackerOptions {
   int search_radius = 6;         // px round a prediction; never more than 0.4 of a square
   int min_corners = 0;           // over all cameras; 0: what the model needs, and two more
   double max_rms_px = 1.0;       // a fit worse than this is a wrong identity or a wrong model
+  double max_deviation_mm = 1.0;  // a surface less sure than this (Estimate::height_deviation) is none; 0: no limit
   double outlier_factor = 5;     // corners beyond this times the frame's own scatter (median) are left out; 0: none
   double sigma_floor_px = 0.01;  // added to a corner's own deviation: what the surface model leaves over
   bool weigh_corners = true;     // false: every corner counts alike, as in the published method
@@ -34,7 +35,7 @@ enum class TrackState : std::uint8_t { kSearching, kTracking, kLost };
 enum class TrackStatus : std::uint8_t {
   kOk,
   kNoPattern,      // no grid of corners that could be ours
-  kTooFewCorners,
+  kTooFewCorners,  // or too close together: the surface is less sure than max_deviation_mm
   kAmbiguous,      // two placements of the pattern fit alike; no surface is given
   kPoorFit,        // rms above max_rms_px: a wrong identity, or a surface beyond the model
   kSolverFailed,   // see estimate.stop

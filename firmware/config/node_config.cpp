@@ -157,6 +157,7 @@ void read_tracker(TomlTable tracker, NodeConfig& config) {
   set(t.search_radius, tracker.integer("search_radius_px", {1, 15, "px"}));
   set(t.min_corners, tracker.integer("min_corners", {1, 10000}));
   set(t.max_rms_px, tracker.number("max_rms_px", {0.001, 100, "px"}));
+  set(t.max_deviation_mm, tracker.number("max_deviation_mm", {0, 1e6, "mm"}));
   set(t.outlier_factor, tracker.number("outlier_factor", {0, 1000}));
   set(t.sigma_floor_px, tracker.number("sigma_floor_px", {0, 100, "px"}));
   set(t.weigh_corners, tracker.boolean("weigh_corners"));

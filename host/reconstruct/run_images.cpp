@@ -104,10 +104,10 @@ dsp::SurfaceTrackerOptions tracker_options(const RunPlan& plan, double rms_px) {
   options.search_radius = std::clamp(static_cast<int>(plan.match_radius_px), 1, 15);
   // A print or a calibration that leaves more than usual does so in every frame.
   options.max_rms_px = std::max(options.max_rms_px, 3 * rms_px);
-  // The published metrics count every corner alike and leave none out.
+  // The published metrics count every corner alike, leave none out and know no deviation.
   const bool published = plan.options.metric != dsp::Metric::kReprojection;
   options.weigh_corners = !published;
-  if (published) options.outlier_factor = 0;
+  if (published) options.outlier_factor = options.max_deviation_mm = 0;
   return options;
 }
 

@@ -117,6 +117,31 @@ TEST(EstimatorCovariance, DeviationsAreTheInverseOfTheInformation) {
   }
 }
 
+TEST(EstimatorCovariance, HeightDeviationIsTheRootMeanSquareOverThePattern) {
+  for (const bool free_index : {false, true})
+    for (const Metric metric : kMetrics) {
+      EstimatorOptions options;
+      options.metric = metric;
+      options.free_index = free_index;
+      Fit<double> fit(fakes::flume_scene(12, 3), options);
+      std::mt19937_64 random(2);
+      fit.observe(kNoise, &random);
+      const auto found = fit.from_flat();
+      ASSERT_FALSE(failed(found.stop)) << to_string(found.stop);
+      ScaledCholesky factors;
+      ASSERT_TRUE(factors.factor(found.information));
+      const InformationMatrix<double> covariance = factors.inverse();
+      double sum = 0;
+      for (const auto& point : fit.scene.points) {
+        Basis<double> basis;
+        fit.scene.model.basis(point.x(), point.y(), basis);
+        sum += basis.value.dot(covariance * basis.value);
+      }
+      const double truth = std::sqrt(sum / static_cast<double>(fit.scene.points.size()));
+      EXPECT_NEAR(found.height_deviation / truth, 1, 1e-6);
+    }
+}
+
 TEST(EstimatorCovariance, ReprojectionIsTheMostPrecise) {
   // It weights by the pixel noise itself; no other unbiased estimate of the same corners scatters less.
   std::vector<Coefficients<double>> deviations;

@@ -43,6 +43,13 @@ class Flume {
       for (int u = std::max(u0, 0); u < std::min(u1, scene_.width()); ++u)
         pixels_[static_cast<std::size_t>(v * scene_.width() + u)] = level;
   }
+  // Covers all but a square of half this side.
+  void leave_open(int u, int v, int half) {
+    cover(0, 0, scene_.width(), v - half, 128);
+    cover(0, v + half, scene_.width(), scene_.height(), 128);
+    cover(0, 0, u - half, scene_.height(), 128);
+    cover(u + half, 0, scene_.width(), scene_.height(), 128);
+  }
   double error2(std::uint64_t number, const Coefficients<double>& a) const {
     const Coefficients<double> truth = scene_.coefficients(number);
     double sum = 0;
@@ -199,14 +206,34 @@ TEST(SurfaceTracker, PlacesASmallPatchByTheLevelGuess) {
   const Vec2<double> centre = truth[static_cast<std::size_t>(5 * 21 + 10)];
   flume.frame(0);
   const int u = static_cast<int>(centre.x()), v = static_cast<int>(centre.y());
-  flume.cover(0, 0, 1280, v - 80, 128);
-  flume.cover(0, v + 80, 1280, 640, 128);
-  flume.cover(0, 0, u - 80, 640, 128);
-  flume.cover(u + 80, 0, 1280, 640, 128);
+  flume.leave_open(u, v, 80);
   const auto& result = step(tracker, flume.view(), 0);
   ASSERT_EQ(result.status, TrackStatus::kOk);
   EXPECT_LE(result.found, 25);
   EXPECT_EQ(flume.wrong(0, result), 0);
+}
+
+// A few corners in one place fit their pixels well and say next to nothing of the level.
+TEST(SurfaceTracker, GivesNoSurfaceThatItsCornersDoNotDetermine) {
+  Flume flume;
+  SurfaceTrackerOptions limited, unlimited;
+  limited.max_deviation_mm = 0.1;
+  unlimited.max_deviation_mm = 0;
+  auto careful = flume.tracker(78, FirstSquare::kDark, limited), careless = flume.tracker(78, FirstSquare::kDark, unlimited);
+  const auto truth = truth_pixels(flume.scene(), 0).value();
+  const Vec2<double> centre = truth[static_cast<std::size_t>(5 * 21 + 10)];
+  flume.frame(0);
+  flume.leave_open(static_cast<int>(centre.x()), static_cast<int>(centre.y()), 56);
+  const auto& given = step(careless, flume.view(), 0);
+  ASSERT_EQ(given.status, TrackStatus::kOk);
+  EXPECT_GE(given.found, 5);
+  EXPECT_GT(given.estimate.height_deviation, 0.1);
+  EXPECT_LT(given.estimate.reprojection_rms, 0.1);
+  EXPECT_EQ(step(careful, flume.view(), 0).status, TrackStatus::kTooFewCorners);
+  // The whole pattern is found as if nothing had been.
+  const auto& next = step(careful, flume.frame(1), 1);
+  EXPECT_EQ(next.status, TrackStatus::kOk);
+  EXPECT_LT(next.estimate.height_deviation, 0.05);
 }
 
 // A patch that lies half-way between two placements must not be guessed.
@@ -219,10 +246,7 @@ TEST(SurfaceTracker, SaysWhenTwoPlacementsFitAlike) {
   const Vec2<double> centre = truth[static_cast<std::size_t>(5 * 21 + 10)];
   flume.frame(0);
   const int u = static_cast<int>(centre.x()), v = static_cast<int>(centre.y());
-  flume.cover(0, 0, 1280, v - 80, 128);
-  flume.cover(0, v + 80, 1280, 640, 128);
-  flume.cover(0, 0, u - 80, 640, 128);
-  flume.cover(u + 80, 0, 1280, 640, 128);
+  flume.leave_open(u, v, 80);
   EXPECT_EQ(step(tracker, flume.view(), 0).status, TrackStatus::kAmbiguous);
 }
 
