@@ -17,7 +17,8 @@ namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
 
-timespec bounded(std::chrono::nanoseconds time) { return timespec_of(std::clamp<std::int64_t>(time.count(), 0, 1000 * kSecond)); }
+// None left counts as none: poll refuses a negative time, and looks even without any.
+timespec bounded(std::int64_t ns) { return timespec_of(std::clamp<std::int64_t>(ns, 0, 1000 * kSecond)); }
 
 class SystemPort final : public V4l2Port {
  public:
@@ -40,7 +41,7 @@ class SystemPort final : public V4l2Port {
     const std::int64_t deadline = now_ns() + timeout.count();
     for (;;) {
       pollfd asked{fd_.get(), POLLIN, 0};
-      const timespec left = timespec_of(deadline - now_ns());
+      const timespec left = bounded(deadline - now_ns());
       const int n = ::ppoll(&asked, 1, &left, nullptr);
       if (n == 0) return Ready::kTimeout;
       if (n < 0) {
@@ -52,7 +53,7 @@ class SystemPort final : public V4l2Port {
   }
   std::int64_t now_ns() noexcept override { return clock_ns(CLOCK_MONOTONIC); }
   void pause(std::chrono::nanoseconds time) noexcept override {
-    const timespec wanted = bounded(time);
+    const timespec wanted = bounded(time.count());
     clock_nanosleep(CLOCK_MONOTONIC, 0, &wanted, nullptr);
   }
 
