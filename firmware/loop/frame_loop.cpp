@@ -137,6 +137,7 @@ void FrameLoop::process() {
     }
     Captured taken = *captured;
     ring_.pop();
+    count_gap(taken.frame);
     if (taken.usable && options_.light != nullptr) options_.light->label(taken.frame);
     if (taken.usable && options_.see) options_.see(taken.frame);
     if (camera_.live() && taken.usable && ring_.front() != nullptr) {
@@ -152,10 +153,8 @@ void FrameLoop::process() {
   }
 }
 
-void FrameLoop::make_record(const Captured& captured) {
-  const CameraFrame& frame = captured.frame;
-  const auto begin = std::chrono::steady_clock::now();
-  if (options_.deadline != nullptr) options_.deadline->start();
+// Of every frame, before it is known whether it is processed: one that is late is no gap of the source.
+void FrameLoop::count_gap(const CameraFrame& frame) {
   if (any_sequence_ && frame.sequence > next_sequence_) {
     const std::uint64_t gap = frame.sequence - next_sequence_;
     count(counters_.dropped_by_source, gap);
@@ -163,7 +162,12 @@ void FrameLoop::make_record(const Captured& captured) {
   }
   any_sequence_ = true;
   next_sequence_ = frame.sequence + 1;
+}
 
+void FrameLoop::make_record(const Captured& captured) {
+  const CameraFrame& frame = captured.frame;
+  const auto begin = std::chrono::steady_clock::now();
+  if (options_.deadline != nullptr) options_.deadline->start();
   record_.stamp.sensor_time_ns = frame.time_ns;
   record_.stamp.clock = frame.clock;
   set_wall_time(record_.stamp);

@@ -74,6 +74,7 @@ class FrameLoop {
     bool usable = false;
   };
   void hand_over(const CameraFrame& frame, bool usable);
+  void count_gap(const CameraFrame& frame);
   void make_record(const Captured& captured);
   void deliver();
 

@@ -184,6 +184,53 @@ TEST(FrameLoop, FaultsAreCountedAndSurvived) {
   EXPECT_EQ(dropped, 3u);
 }
 
+// Live frames without anything to see, faster than anybody processes them; two are missing after the third.
+class HastyCamera final : public Camera {
+ public:
+  Outcome<void> start() override { return {}; }
+  Capture next(CameraFrame& frame, Nanoseconds) noexcept override {
+    if (given_ == kFrames) return Capture::kEnd;
+    frame = {};
+    frame.image = {pixels_.data(), kWidth, kHeight, kWidth};
+    frame.sequence = 100 + static_cast<std::uint64_t>(given_) + (given_ >= 3 ? 2 : 0);
+    frame.time_ns = 20'000'000 * static_cast<std::int64_t>(frame.sequence);
+    ++given_;
+    return Capture::kFrame;
+  }
+  void give_back(const CameraFrame&) noexcept override { ++returned; }
+  void stop() noexcept override {}
+  int width() const override { return kWidth; }
+  int height() const override { return kHeight; }
+  int buffer_count() const override { return kFrames; }
+  bool live() const override { return true; }
+
+  static constexpr int kFrames = 8;
+  int returned = 0;
+
+ private:
+  static constexpr int kWidth = 1280, kHeight = 640;
+  std::vector<std::uint8_t> pixels_ = std::vector<std::uint8_t>(kWidth * kHeight, 100);
+  int given_ = 0;
+};
+
+TEST(FrameLoop, ALateFrameIsNoGapOfTheSource) {
+  Instrument instrument = instrument_of(kSimulated);
+  HastyCamera camera;
+  std::vector<proto::CoefficientFrame> records;
+  FrameLoop loop(camera, *instrument.tracker, {0, 1.333}, [&](const proto::CoefficientFrame& record) {
+    records.push_back(record);
+    return true;
+  });
+  loop.capture();  // all of them, before the first is processed
+  loop.process();
+  ASSERT_EQ(records.size(), 1u);
+  EXPECT_EQ(records[0].source_sequence, 109u);
+  EXPECT_EQ(records[0].dropped_before, 9u);
+  EXPECT_EQ(loop.counters().dropped_late.load(), 7u);
+  EXPECT_EQ(loop.counters().dropped_by_source.load(), 2u);
+  EXPECT_EQ(camera.returned, HastyCamera::kFrames);
+}
+
 TEST(FrameLoop, ARecordThatFindsNoRoomIsOfferedAgain) {
   Instrument instrument = instrument_of(kRecorded, std::string(SRD_TEST_DATA) + "/flume-small");
   ASSERT_TRUE(instrument.camera->start().ok());
