@@ -10,6 +10,7 @@
 #include <cinttypes>
 #include <cstdio>
 #include <cstring>
+#include <utility>
 
 namespace srd {
 
@@ -39,7 +40,7 @@ int write_all(int fd, const void* bytes, std::size_t size) noexcept {
 
 }  // namespace
 
-Outcome<DurableRecording> DurableRecording::create(const fs::path& folder, bool overwrite) {
+Outcome<DurableRecording> DurableRecording::create(const fs::path& folder, bool overwrite, Barrier barrier) {
   std::error_code error;
   const fs::path listing = folder / kFramesName;
   if (fs::exists(listing, error) && !overwrite)
@@ -49,6 +50,7 @@ Outcome<DurableRecording> DurableRecording::create(const fs::path& folder, bool 
   if (error) return Problem{Exit::kInput, "cannot be made", folder.string(), "a writable place", error.message(), ""};
   DurableRecording made;
   made.folder_ = folder;
+  made.barrier_ = barrier != nullptr ? barrier : &::syncfs;
   made.directory_ = UniqueFd(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (!made.directory_.valid()) return unwritable(folder, errno);
   made.listing_ = UniqueFd(::open(listing.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_APPEND, 0644));
@@ -65,6 +67,7 @@ Outcome<DurableRecording> DurableRecording::create(const fs::path& folder, bool 
 
 int DurableRecording::add(std::span<const std::uint8_t> pixels, int width, int height,
                           const RecordedFrame& frame) noexcept {
+  if (lost_ != 0) return lost_;
   std::array<char, 32> name;
   std::snprintf(name.data(), name.size(), "frame_%06" PRIu64 ".pgm", written_);
   const UniqueFd file(::openat(directory_.get(), name.data(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
@@ -85,13 +88,16 @@ int DurableRecording::add(std::span<const std::uint8_t> pixels, int width, int h
                     frame.time_ns, frame.exposure_us, static_cast<int>(frame.strobe));
   rows_.append(row.data(), static_cast<std::size_t>(row_bytes));
   ++written_;
+  ++unlisted_;
   return 0;
 }
 
 int DurableRecording::sync() noexcept {
-  if (listed_ == written_) return 0;
-  // One barrier for all images, their sizes and names; a sync of each would wait for the disk once an image.
-  if (::syncfs(directory_.get()) != 0) return errno;
+  if (lost_ != 0) return lost_;
+  if (unlisted_ == 0) return 0;
+  // One barrier for all images, their sizes and names; a sync of each would wait for the disk once an image. The kernel
+  // reports what it could not write once; the next barrier would pass for a good one.
+  if (barrier_(directory_.get()) != 0) return lost_ = errno;
   int failure = write_all(listing_.get(), rows_.data(), rows_.size());
   if (failure == 0 && ::fdatasync(listing_.get()) != 0) failure = errno;
   if (failure != 0) {
@@ -100,7 +106,7 @@ int DurableRecording::sync() noexcept {
   }
   listing_bytes_ += static_cast<std::int64_t>(rows_.size());
   rows_.clear();
-  listed_ = written_;
+  listed_ += std::exchange(unlisted_, 0);
   return 0;
 }
 

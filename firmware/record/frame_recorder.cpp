@@ -122,6 +122,7 @@ void FrameRecorder::run() {
     next_sync = Clock::now() + interval;
   }
   sync();
+  dropped_.fetch_add(recording_.unlisted(), std::memory_order_relaxed);
 }
 
 void FrameRecorder::write(const Queued& queued) {

@@ -8,6 +8,7 @@
 
 #include <cerrno>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "drivers/camera/recording_camera.hpp"
@@ -46,6 +47,27 @@ void expect_whole(const Recording& recording, std::uint64_t first = 0) {
     ASSERT_TRUE(image.ok()) << image.error().text();
     ASSERT_EQ(image->pixels, image_of(first + i)) << read.file;
   }
+}
+
+// As the kernel does: what a disk could not take is reported once.
+int fails_once(int) {
+  static bool failed = false;
+  if (std::exchange(failed, true)) return 0;
+  errno = EIO;
+  return -1;
+}
+
+TEST(DurableRecording, WhatADiskLostIsNotListedByALaterSync) {
+  const fakes::ScratchFolder scratch;
+  auto recording = DurableRecording::create(scratch.path() / "rec", false, fails_once);
+  ASSERT_TRUE(recording.ok()) << recording.error().text();
+  for (std::uint64_t n = 0; n < 3; ++n) ASSERT_EQ(add(*recording, n), 0);
+  EXPECT_EQ(recording->sync(), EIO);
+  EXPECT_EQ(recording->sync(), EIO);
+  EXPECT_EQ(add(*recording, 3), EIO);
+  EXPECT_EQ(recording->listed(), 0u);
+  EXPECT_EQ(recording->unlisted(), 3u);
+  EXPECT_FALSE(read_recording(scratch.path() / "rec").ok());
 }
 
 TEST(DurableRecording, ListsOnlyFramesThatAreOnTheDisk) {
