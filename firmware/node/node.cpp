@@ -70,7 +70,8 @@ Outcome<std::unique_ptr<FrameRecorder>> start_recorder(const NodeConfig& config,
 // A started camera, its frame loop in two threads, and this thread that watches them.
 class NodeRun {
  public:
-  NodeRun(Instrument& instrument, const RunOptions& options,
+  // period_ns: between two frames, as FrameWatchdog has it.
+  NodeRun(Instrument& instrument, const RunOptions& options, std::int64_t period_ns,
           std::unique_ptr<Transmitter> transmitter, std::unique_ptr<FrameRecorder> recorder, std::unique_ptr<Strobe> strobe,
           Realtime& realtime, const std::atomic<bool>& stop)
       : camera_(*instrument.camera),
@@ -82,7 +83,8 @@ class NodeRun {
         realtime_(realtime),
         stop_(stop),
         loop_(camera_, tracker_, {options.frames, instrument.refractive_index, instrument.deadline.get(), see(), strobe_.get()},
-              [this](const proto::CoefficientFrame& record) { return deliver(record); }) {}
+              [this](const proto::CoefficientFrame& record) { return deliver(record); }),
+        watchdog_(service_.watchdog_ns(), period_ns) {}
 
   void measure() {
     begin_ = next_status_ = Clock::now();
@@ -184,8 +186,12 @@ class NodeRun {
     if (stop_.load(std::memory_order_relaxed)) loop_.stop();
     const Clock::time_point now = Clock::now();
     const FrameCounters& counters = loop_.counters();
-    const FrameWatchdog::Progress progress{value(counters.records) + value(counters.dropped_late), value(counters.calls),
-                                           counters.away.load(std::memory_order_relaxed), camera_.live()};
+    FrameWatchdog::Progress progress;
+    progress.frames = value(counters.records) + value(counters.dropped_late);
+    const std::uint64_t captured = value(counters.captured);
+    progress.pending = captured - std::min(captured, progress.frames);
+    progress.calls = value(counters.calls);
+    progress.away = counters.away.load(std::memory_order_relaxed);
     if (watchdog_.due(now.time_since_epoch() / std::chrono::nanoseconds(1), progress)) service_.alive();
     if (now < next_status_) return;
     next_status_ += kStatusInterval;
@@ -206,7 +212,7 @@ class NodeRun {
   const std::atomic<bool>& stop_;
   FrameLoop loop_;
   ServiceNotifier service_;
-  FrameWatchdog watchdog_{service_.watchdog_ns()};
+  FrameWatchdog watchdog_;
   std::latch entered_{strobe_ ? 3 : 2};
   std::atomic<int> running_{2};
   StatusMaker status_{options_.version, options_.restart};
@@ -228,7 +234,9 @@ Outcome<RunReport> run_node(const NodeConfig& config, Instrument& instrument, co
   if (*recorder) options.say("recording " + (*recorder)->folder().string() + "\n");
   auto strobe = open_strobe(config, *instrument.camera);
   if (!strobe) return strobe.error();
-  NodeRun run(instrument, options, std::move(*transmitter), std::move(*recorder), std::move(*strobe), realtime, stop);
+  const bool paced = instrument.camera->live() && !config.live.trigger_input && config.frame_rate_hz > 0;
+  const std::int64_t period_ns = paced ? static_cast<std::int64_t>(1e9 / config.frame_rate_hz) : 0;
+  NodeRun run(instrument, options, period_ns, std::move(*transmitter), std::move(*recorder), std::move(*strobe), realtime, stop);
   run.measure();
   return run.report();
 }

@@ -1,5 +1,5 @@
-// Whether the node may say that it is alive: only while frames go all the way through, or while the camera is known to be
-// away and is being called. One thread; no clock of its own.
+// Whether the node may say that it is alive: only while frames go all the way through, or while none can be expected and
+// the camera is being called. One thread; no clock of its own.
 #pragma once
 
 #include <cstdint>
@@ -9,19 +9,21 @@ namespace srd::firmware {
 class FrameWatchdog {
  public:
   struct Progress {
-    std::uint64_t frames = 0;  // that left the loop, as a record or as late
-    std::uint64_t calls = 0;   // of the camera, answered or not
-    bool away = false;         // the camera is disconnected
-    bool live = true;          // false: a recording has its own pace, and its calls are enough
+    std::uint64_t frames = 0;   // that left the loop, as a record or as late
+    std::uint64_t calls = 0;    // of the camera, answered or not
+    std::uint64_t pending = 0;  // frames that the camera gave and that have not left the loop
+    bool away = false;          // the camera is disconnected
   };
 
-  // interval_ns: within which somebody expects a sign of life; 0: nobody.
-  explicit FrameWatchdog(std::int64_t interval_ns) : interval_ns_(interval_ns) {}
+  // interval_ns: within which somebody expects a sign of life; 0: nobody. period_ns: between two frames of this camera;
+  // 0: it has no pace of its own, as one that waits for triggers, or a recording.
+  FrameWatchdog(std::int64_t interval_ns, std::int64_t period_ns)
+      : interval_ns_(interval_ns), may_be_silent_(period_ns == 0 || period_ns > interval_ns / 4) {}
 
   // True: say now that the node is alive. Ask several times an interval.
   [[nodiscard]] bool due(std::int64_t now_ns, const Progress& progress) {
     if (interval_ns_ == 0) return false;
-    const bool calls_suffice = progress.away || !progress.live;
+    const bool calls_suffice = (progress.away || may_be_silent_) && progress.pending == 0;
     if (progress.frames != frames_ || (calls_suffice && progress.calls != calls_)) moved_ = true;
     frames_ = progress.frames;
     calls_ = progress.calls;
@@ -35,6 +37,7 @@ class FrameWatchdog {
 
  private:
   std::int64_t interval_ns_;
+  bool may_be_silent_;
   std::uint64_t frames_ = 0, calls_ = 0;
   bool moved_ = true;  // the start counts
   bool said_ = false;

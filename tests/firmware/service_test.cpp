@@ -37,11 +37,10 @@ TEST(ServiceNotifier, IsSilentWithoutAManager) {
 }
 
 // Signs of life in ten seconds of 50 turns each.
-int fed(const FrameWatchdog::Progress& each_turn, bool live = true) {
-  FrameWatchdog watchdog(2 * kSecond);
-  FrameWatchdog::Progress progress;
-  progress.live = live;
-  progress.away = each_turn.away;
+int fed(const FrameWatchdog::Progress& each_turn, std::int64_t period_ns = 20'000'000) {
+  FrameWatchdog watchdog(2 * kSecond, period_ns);
+  FrameWatchdog::Progress progress = each_turn;
+  progress.frames = progress.calls = 0;
   int times = watchdog.due(0, progress) ? 1 : 0;  // the start
   EXPECT_EQ(times, 1);
   times = 0;
@@ -54,19 +53,27 @@ int fed(const FrameWatchdog::Progress& each_turn, bool live = true) {
 }
 
 TEST(FrameWatchdog, IsFedByFrames) {
-  EXPECT_EQ(fed({1, 1, false}), 20);
-  EXPECT_EQ(fed({0, 1, false}), 0) << "a camera that answers nothing, or a loop that hangs";
-  EXPECT_EQ(fed({0, 0, true}), 0) << "away, and nobody calls it";
+  EXPECT_EQ(fed({1, 1, 0, false}), 20);
+  EXPECT_EQ(fed({1, 1, 3, false}), 20) << "some are always under way";
+  EXPECT_EQ(fed({0, 1, 0, false}), 0) << "a camera that answers nothing, or a loop that hangs";
+  EXPECT_EQ(fed({0, 0, 0, true}), 0) << "away, and nobody calls it";
 }
 
 TEST(FrameWatchdog, LetsACameraComeBackAndARecordingTakeItsTime) {
-  EXPECT_EQ(fed({0, 1, true}), 20);
-  EXPECT_EQ(fed({0, 1, false}, false), 20);
+  EXPECT_EQ(fed({0, 1, 0, true}), 20);
+  EXPECT_EQ(fed({0, 1, 0, false}, 0), 20);
+}
+
+TEST(FrameWatchdog, LetsACameraWaitForItsTriggers) {
+  EXPECT_EQ(fed({0, 1, 0, false}, 0), 20);
+  EXPECT_EQ(fed({0, 1, 0, false}, 5 * kSecond), 20) << "slower than the watchdog's interval";
+  EXPECT_EQ(fed({0, 1, 1, false}, 0), 0) << "a frame came, and does not get through";
+  EXPECT_EQ(fed({0, 1, 1, true}), 0);
 }
 
 TEST(FrameWatchdog, IsNotFedWhenNobodyWatches) {
-  FrameWatchdog watchdog(0);
-  EXPECT_FALSE(watchdog.due(0, {1, 1, false}));
+  FrameWatchdog watchdog(0, 20'000'000);
+  EXPECT_FALSE(watchdog.due(0, {1, 1, 0, false}));
 }
 
 // A run in a process of its own. Gives its wait status.
