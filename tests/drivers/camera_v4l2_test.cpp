@@ -177,6 +177,21 @@ TEST(V4l2Camera, OpensADeviceThatStandsStillAgain) {
   EXPECT_EQ(camera->faults().reconnects, 1u);
 }
 
+TEST(V4l2Camera, ADeviceThatStartsAndFailsAtOnceIsOpenedFiveTimesASecond) {
+  ScriptedV4l2Device device;
+  auto camera = started(device);
+  CameraFrame frame;
+  ASSERT_EQ(camera->next(frame, kWait), Capture::kFrame);
+  camera->give_back(frame);
+  const int opened = device.opened;
+  device.fails_until_ns = device.now_ns + 4 * kSecond;
+  ASSERT_GT(calls_until(*camera, frame, Capture::kFrame), 0);
+  EXPECT_GE(device.opened - opened, 15);
+  EXPECT_LE(device.opened - opened, 22);
+  EXPECT_EQ(camera->faults().disconnects, 1u);
+  EXPECT_EQ(camera->faults().reconnects, 1u);
+}
+
 TEST(V4l2Camera, WaitsForATriggerAsLongAsItTakes) {
   ScriptedV4l2Device device;
   device.stands_still = {0};

@@ -267,6 +267,7 @@ void ScriptedV4l2Port::fill(std::uint64_t frame, std::int64_t time_ns) {
 V4l2Port::Ready ScriptedV4l2Port::wait(std::chrono::nanoseconds timeout) noexcept {
   const std::int64_t deadline = device_.now_ns + timeout.count();
   for (;;) {
+    if (device_.now_ns < device_.fails_until_ns) broken_ = true;
     if (!open_ || broken_ || !streaming_) return Ready::kError;
     if (!done_.empty()) return Ready::kFrame;
     if (still_ || next_frame_ns_ > deadline) {

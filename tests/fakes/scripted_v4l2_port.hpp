@@ -45,6 +45,7 @@ struct ScriptedV4l2Device {
   std::set<std::uint64_t> damaged, truncated;
   std::map<std::uint64_t, std::int64_t> gone;  // before that frame the device goes away, for so many ns
   std::set<std::uint64_t> stands_still;        // gives nothing from that frame on, until it is opened again
+  std::int64_t fails_until_ns = 0;             // till then it opens and starts, and fails at once
   bool stamps = true;
 
   // State.

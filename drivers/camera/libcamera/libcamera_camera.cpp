@@ -178,7 +178,6 @@ class LibcameraCamera final : public Camera {
     back_ = false;
     away_ = true;
     why_ = why;
-    next_try_ = {};
     sequence_.restart();
     return Capture::kDisconnected;
   }
@@ -195,9 +194,10 @@ class LibcameraCamera final : public Camera {
       return Capture::kDisconnected;
     }
     std::this_thread::sleep_until(next_try_);
+    // Also after a try that seemed to work: a camera may start and fail at once.
+    next_try_ = std::chrono::steady_clock::now() + kBetweenTries;
     if (auto done = session_.start(options_); !done) {
       why_ = done.error().what + (done.error().found.empty() ? "" : ", found " + done.error().found);
-      next_try_ = std::chrono::steady_clock::now() + kBetweenTries;
       std::this_thread::sleep_until(std::min(next_try_, deadline));
       return Capture::kDisconnected;
     }

@@ -150,7 +150,6 @@ Capture V4l2Camera::lose(V4l2Failure why) noexcept {
   if (!back_) count_one(faults_.disconnects);
   back_ = false;
   if (why.any()) why_ = why;
-  next_try_ns_ = 0;
   sequence_.restart();
   return Capture::kDisconnected;
 }
@@ -173,6 +172,8 @@ Capture V4l2Camera::recover(Nanoseconds timeout) noexcept {
     return Capture::kDisconnected;
   }
   wait_until(next_try_ns_);
+  // Also after a try that seemed to work: a device may start and fail at once.
+  next_try_ns_ = port_->now_ns() + kBetweenTries;
   V4l2Failure failure;
   if (const int error = port_->open(options_.ask.path.c_str()); error != 0)
     failure = {V4l2Step::kOpen, error};
@@ -181,7 +182,6 @@ Capture V4l2Camera::recover(Nanoseconds timeout) noexcept {
   if (failure.any()) {
     port_->close();
     why_ = failure;
-    next_try_ns_ = port_->now_ns() + kBetweenTries;
     wait_until(next_try_ns_);
     return Capture::kDisconnected;
   }
