@@ -92,6 +92,8 @@ void StrobeScheduler::follow(std::int64_t now_ns) noexcept {
     next_ = lock_.index_from(from - on_offset_ns_);
     generation_ = lock_.generation();
     planned_ = true;
+    // Its record has no neighbour in the one before, which may be seconds old: a gap in the slots says so.
+    if (slot_ > 0) ++slot_;
   }
   if (!planned_ || 3 * lock_.uncertainty_ns(next_) > trust_ns_) {
     planned_ = false;

@@ -126,6 +126,15 @@ TEST(StrobeSimulation, APausedSensorIsFoundAgain) {
   const LightSeen after = bench.light(120, 198);
   EXPECT_EQ(after.outside, 0u);
   EXPECT_EQ(after.lit_frames, 78u);
+  // Records that are not of neighbouring exposures do not look so.
+  int apart = 0;
+  for (std::size_t i = 1; i < bench.records.size(); ++i) {
+    const PulseRecord &before = bench.records[i - 1], &record = bench.records[i];
+    const bool neighbours = static_cast<double>(record.stamp_ns - before.stamp_ns) < 1.5 * habits.period_ns;
+    EXPECT_EQ(record.slot - before.slot, neighbours ? 1 : 2);
+    apart += neighbours ? 0 : 1;
+  }
+  EXPECT_GE(apart, 1);
 }
 
 // Whatever the scheduling: light in any interval t stays below room + max_duty t, and one pulse that ended late.
