@@ -29,6 +29,8 @@ class FrameSequence {
     time_ns_ = time_ns;
     return last_;
   }
+  // A frame that the driver gave no number: the one after the last.
+  [[nodiscard]] std::uint64_t next_unnumbered(std::int64_t time_ns) noexcept { return next(raw_ + 1, time_ns); }
   // The device was opened again: its next number has nothing to do with the last one.
   void restart() noexcept { restarted_ = true; }
   [[nodiscard]] std::uint64_t last() const { return last_; }

@@ -47,6 +47,15 @@ TEST(FrameSequence, NeverRepeatsANumber) {
   EXPECT_EQ(sequence.next(7, -100 * kPeriod), 17u);   // a clock that fell back
 }
 
+TEST(FrameSequence, AFrameWithoutANumberIsTheNextOne) {
+  FrameSequence sequence(kPeriod);
+  EXPECT_EQ(sequence.next(10, 0), 10u);
+  EXPECT_EQ(sequence.next_unnumbered(kPeriod), 11u);
+  EXPECT_EQ(sequence.next(12, 2 * kPeriod), 12u) << "it had one";
+  EXPECT_EQ(sequence.next_unnumbered(3 * kPeriod), 13u);
+  EXPECT_EQ(sequence.next(13, 4 * kPeriod), 14u) << "it had none";
+}
+
 TEST(FrameSequence, WithoutAPeriodAReconnectIsOneStep) {
   FrameSequence sequence(0);
   EXPECT_EQ(sequence.next(10, 0), 10u);

@@ -1,6 +1,7 @@
 // A libcamera camera through the camera interface, and the list of those that are there.
 #include <algorithm>
 #include <chrono>
+#include <cstring>
 #include <thread>
 
 #include "drivers/camera/frame_pool.hpp"
@@ -45,6 +46,8 @@ class LibcameraCamera final : public Camera {
     const double rate = options_.rate_hz.value_or(0);
     period_ = Nanoseconds(rate > 0 ? static_cast<std::int64_t>(1e9 / rate) : 0);
     sequence_ = FrameSequence(period_.count());
+    timing_ = options_.timing;
+    if (session_.exposure_us() > 0) timing_.exposure_ns = 1000 * session_.exposure_us();
     started_ = true;
     away_ = back_ = stopped_away_ = false;
     clock_ = ClockId::kUnknown;
@@ -98,7 +101,7 @@ class LibcameraCamera final : public Camera {
   int height() const override { return options_.height; }
   int buffer_count() const override { return buffers_; }
   bool live() const override { return true; }
-  FrameTiming timing() const override { return options_.timing; }
+  FrameTiming timing() const override { return timing_; }
 
   std::string summary() const override {
     if (!started_) return {};
@@ -132,9 +135,9 @@ class LibcameraCamera final : public Camera {
     if (request.stamp_ns != 0 && clock_ == ClockId::kUnknown) clock_ = nearest_clock(request.stamp_ns);
     frame = {};
     frame.clock = request.stamp_ns != 0 ? clock_ : ClockId::kMonotonic;
-    FrameTiming timing = options_.timing;
+    FrameTiming timing = timing_;
     if (request.exposure_us > 0) timing.exposure_ns = 1000 * request.exposure_us;
-    frame.sequence = sequence_.next(request.sequence, now_ns);
+    frame.sequence = request.numbered ? sequence_.next(request.sequence, now_ns) : sequence_.next_unnumbered(now_ns);
     frame.time_ns = timing.middle_ns(request.stamp_ns != 0 ? request.stamp_ns : now_ns);
     frame.exposure_us = static_cast<std::uint32_t>(timing.exposure_ns / 1000);
     if (!request.good) {
@@ -213,6 +216,7 @@ class LibcameraCamera final : public Camera {
   FramePool own_;  // of converted images
   FrameSequence sequence_;
   Nanoseconds period_{0};
+  FrameTiming timing_;
   int buffers_ = 0;
   bool started_ = false, away_ = false, back_ = false, late_ = false, stopped_away_ = false;
   ClockId clock_ = ClockId::kUnknown;
@@ -230,8 +234,9 @@ Outcome<std::unique_ptr<Camera>> make_libcamera_camera(const LibcameraOptions& o
 
 std::string list_libcamera_cameras() {
   std::string text = "libcamera cameras:\n";
-  const auto manager = camera_manager();
-  if (!manager) return text + "  libcamera does not start\n";
+  int error = 0;
+  const auto manager = camera_manager(error);
+  if (!manager) return text + "  libcamera does not start: " + std::strerror(error) + "\n";
   const auto cameras = manager->cameras();
   if (cameras.empty()) return text + "  none\n";
   for (const auto& camera : cameras) {

@@ -54,7 +54,7 @@ T inside(const libcamera::ControlInfoMap& known, const libcamera::Control<T>& co
 
 }  // namespace
 
-std::shared_ptr<libcamera::CameraManager> camera_manager() {
+std::shared_ptr<libcamera::CameraManager> camera_manager(int& error) {
   static std::mutex mutex;
   static std::weak_ptr<libcamera::CameraManager> shared;
   const std::lock_guard lock(mutex);
@@ -63,7 +63,7 @@ std::shared_ptr<libcamera::CameraManager> camera_manager() {
     manager->stop();
     delete manager;
   });
-  if (made->start() != 0) return nullptr;
+  if (error = -made->start(); error != 0) return nullptr;
   shared = made;
   return made;
 }
@@ -101,8 +101,10 @@ Outcome<void> LibcameraSession::set_up(const LibcameraOptions& options) {
   gone_ = false;
   while (completed_.front() != nullptr) completed_.pop();
   if (!wakeup_.valid()) wakeup_.reset(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC));
-  manager_ = camera_manager();
-  if (!manager_ || !wakeup_.valid()) return trouble(options, "libcamera does not start", errno);
+  if (!wakeup_.valid()) return trouble(options, "libcamera's frames cannot be waited for", errno);
+  int failure = 0;
+  manager_ = camera_manager(failure);
+  if (!manager_) return trouble(options, "libcamera does not start", failure);
   const auto cameras = manager_->cameras();
   if (options.id.empty() ? cameras.empty() : manager_->get(options.id) == nullptr) {
     std::string found;
@@ -195,19 +197,30 @@ Outcome<libcamera::ControlList> LibcameraSession::choose_controls(const Libcamer
   const libcamera::ControlInfoMap& known = camera_->controls();
   libcamera::ControlList set(known);
   if (options.exposure_us || options.gain) {
-    if (!switch_automatic_exposure_off(known, set) && has(known, controls::ExposureTime))
-      notes_.push_back("automatic exposure cannot be switched off: the camera has no such control");
+    switch (take_over_exposure(known, options.exposure_us.has_value(), options.gain.has_value(), set)) {
+      case ExposureTaken::kAsAsked: break;
+      case ExposureTaken::kBoth:
+        if (!options.exposure_us || !options.gain)
+          notes_.push_back(std::string(options.gain ? "exposure" : "gain") + " stays as the camera has it: it has one switch for both");
+        break;
+      case ExposureTaken::kNone:
+        if (has(known, controls::ExposureTime))
+          notes_.push_back("automatic exposure cannot be switched off: the camera has no such control");
+        break;
+    }
   } else {
     notes_.push_back("exposure and gain left to the camera");
   }
   if (has(known, controls::AwbEnable)) set.set(controls::AwbEnable, false);
+  exposure_us_ = 0;
   if (options.exposure_us) {
-    if (has(known, controls::ExposureTime))
-      set.set(controls::ExposureTime, inside(known, controls::ExposureTime, static_cast<std::int32_t>(*options.exposure_us),
-                                             "exposure", " us", notes_));
-    else
+    if (has(known, controls::ExposureTime)) {
+      exposure_us_ = inside(known, controls::ExposureTime, static_cast<std::int32_t>(*options.exposure_us), "exposure", " us", notes_);
+      set.set(controls::ExposureTime, static_cast<std::int32_t>(exposure_us_));
+    } else {
       notes_.push_back("exposure cannot be set: the camera has no such control; frames are timed as if it were " +
                        std::to_string(*options.exposure_us) + " us");
+    }
   }
   if (options.gain) {
     if (has(known, controls::AnalogueGain))
@@ -247,12 +260,16 @@ void LibcameraSession::stop() noexcept {
   }
   mapped_.clear();
   if (!camera_) return;
-  camera_->requestCompleted.disconnect(this);
-  camera_->disconnected.disconnect(this);
+  const auto disconnect = [&] {
+    camera_->requestCompleted.disconnect(this);
+    camera_->disconnected.disconnect(this);
+  };
   if (acquired_ && (gone_.load(std::memory_order_acquire) || manager_->get(id_) != camera_)) {
+    disconnect();
     abandon();
   } else {
     static_cast<void>(camera_->stop());  // completes all requests as cancelled
+    disconnect();                        // not before: a slot that goes while libcamera's thread calls it is freed memory
     requests_.clear();
     if (allocator_ && stream_ != nullptr) static_cast<void>(allocator_->free(stream_));
     allocator_.reset();
@@ -294,8 +311,9 @@ void LibcameraSession::completed(libcamera::Request* request) {
   if (const libcamera::FrameBuffer* buffer = request->findBuffer(stream_)) {
     const libcamera::FrameMetadata& frame = buffer->metadata();
     slot->good = slot->good && frame.status == libcamera::FrameMetadata::FrameSuccess;
+    slot->numbered = frame.status != libcamera::FrameMetadata::FrameCancelled;
     slot->sequence = frame.sequence;
-    slot->stamp_ns = static_cast<std::int64_t>(frame.timestamp);
+    slot->stamp_ns = slot->numbered ? static_cast<std::int64_t>(frame.timestamp) : 0;
   }
   if (const auto stamp = request->metadata().get(controls::SensorTimestamp)) slot->stamp_ns = *stamp;
   if (const auto exposure = request->metadata().get(controls::ExposureTime)) slot->exposure_us = *exposure;

@@ -20,12 +20,14 @@
 
 namespace srd {
 
-// A process has one camera manager at most; this one lives as long as somebody holds it. Null: it does not start.
-[[nodiscard]] std::shared_ptr<libcamera::CameraManager> camera_manager();
+// A process has one camera manager at most; this one lives as long as somebody holds it. Null: it does not start, and error
+// is an errno.
+[[nodiscard]] std::shared_ptr<libcamera::CameraManager> camera_manager(int& error);
 
 // What libcamera's thread hands over.
 struct CompletedRequest {
   std::uint32_t buffer = 0;
+  bool numbered = false;         // sequence is this frame's: a cancelled request has the last frame's of its buffer
   std::uint32_t sequence = 0;
   std::int64_t stamp_ns = 0;     // 0: none
   std::int64_t exposure_us = 0;  // 0: not reported
@@ -65,6 +67,8 @@ class LibcameraSession {
   [[nodiscard]] const std::string& id() const noexcept { return id_; }
   [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
   [[nodiscard]] bool sets_rate() const noexcept { return sets_rate_; }
+  // That the camera was set to; 0: it was not.
+  [[nodiscard]] std::int64_t exposure_us() const noexcept { return exposure_us_; }
 
  private:
   static constexpr std::size_t kRingSlots = 64;  // more than there are requests
@@ -97,6 +101,7 @@ class LibcameraSession {
   std::atomic<int> borrowed_{0};
   bool acquired_ = false, sets_rate_ = false;
   int stride_ = 0;
+  std::int64_t exposure_us_ = 0;
   LibcameraFormat format_{};
   std::string id_;
   std::vector<std::string> notes_;

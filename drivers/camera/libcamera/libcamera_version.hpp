@@ -24,18 +24,21 @@ inline std::unique_ptr<libcamera::CameraConfiguration> configuration_for(libcame
 #endif
 }
 
-// Automatic exposure and gain off. 0.5 split the switch in two; up to 0.4 there is one.
-inline bool switch_automatic_exposure_off(const libcamera::ControlInfoMap& known, libcamera::ControlList& set) {
+enum class ExposureTaken { kAsAsked, kBoth, kNone };
+
+// Automatic exposure, automatic gain, or both off. 0.5 split the switch in two; up to 0.4 there is one.
+inline ExposureTaken take_over_exposure(const libcamera::ControlInfoMap& known, [[maybe_unused]] bool exposure,
+                                        [[maybe_unused]] bool gain, libcamera::ControlList& set) {
 #if SRD_LIBCAMERA_AT_LEAST(0, 5)
   if (known.count(&libcamera::controls::ExposureTimeMode) != 0 && known.count(&libcamera::controls::AnalogueGainMode) != 0) {
-    set.set(libcamera::controls::ExposureTimeMode, libcamera::controls::ExposureTimeModeManual);
-    set.set(libcamera::controls::AnalogueGainMode, libcamera::controls::AnalogueGainModeManual);
-    return true;
+    if (exposure) set.set(libcamera::controls::ExposureTimeMode, libcamera::controls::ExposureTimeModeManual);
+    if (gain) set.set(libcamera::controls::AnalogueGainMode, libcamera::controls::AnalogueGainModeManual);
+    return ExposureTaken::kAsAsked;
   }
 #endif
-  if (known.count(&libcamera::controls::AeEnable) == 0) return false;
+  if (known.count(&libcamera::controls::AeEnable) == 0) return ExposureTaken::kNone;
   set.set(libcamera::controls::AeEnable, false);
-  return true;
+  return ExposureTaken::kBoth;
 }
 
 }  // namespace srd
