@@ -44,6 +44,7 @@ mkdir -p "$work/node" "$work/data"
 python3 -B "$here/marked_frames.py" play "$work/flume" "$work/frames.raw"
 # The board's own profile, with the geometry of the scene beside it, as a person would put it there.
 sed 's/^id = [^#]*/id = "calm" /' board/virtual/node.toml >"$work/node/node.toml"
+printf '\n[record]\nmin_free_mib = 64\n' >>"$work/node/node.toml"  # the board's disk is its memory
 cp "$work/flume/calibration.yml" "$work/flume/pose.yml" "$work/node/"
 # vimc gives 636 x 480: the same camera, four columns narrower. It sees no flume.
 sed 's/^image_width:.*/image_width: 636/' "$work/flume/calibration.yml" >"$work/node/vimc-calibration.yml"
