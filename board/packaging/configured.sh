@@ -9,7 +9,7 @@ if [ ! -r "$config" ]; then
 fi
 for board in raspberrypi-4 raspberrypi-5 generic-v4l2; do
   if cmp -s "$config" "$profiles/$board/node.toml"; then
-    echo "flume-srd-node: edit node.id and node.host in $config, put calibration.yml and pose.yml beside it, then: srd-node --config $config --doctor && systemctl start flume-srd-node" >&2
+    echo "flume-srd-node: edit node.id and node.host in $config, put calibration.yml and pose.yml beside it, then, as root: prlimit --rtprio=90 --memlock=unlimited setpriv --reuid=flume-srd --regid=flume-srd --init-groups srd-node --config $config --doctor && systemctl start flume-srd-node" >&2
     exit 1
   fi
 done

@@ -19,11 +19,11 @@ namespace {
 
 constexpr unsigned kMostListed = 40;  // lines in a message
 
-// /dev/gpiochip0, /dev/gpiochip1, .. in the order of their numbers.
-std::vector<std::string> chip_paths() {
+// gpiochip0, gpiochip1, .. of the folder in the order of their numbers.
+std::vector<std::string> chip_paths(const std::filesystem::path& devices) {
   std::vector<std::string> paths;
   std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator("/dev", error))
+  for (const auto& entry : std::filesystem::directory_iterator(devices, error))
     if (entry.path().filename().string().starts_with("gpiochip")) paths.push_back(entry.path().string());
   std::sort(paths.begin(), paths.end(), [](const std::string& a, const std::string& b) {
     return a.size() != b.size() ? a.size() < b.size() : a < b;
@@ -31,16 +31,16 @@ std::vector<std::string> chip_paths() {
   return paths;
 }
 
-std::string chips_text() {
+std::string chips_text(const std::filesystem::path& devices) {
   std::string text;
-  for (const std::string& path : chip_paths()) {
+  for (const std::string& path : chip_paths(devices)) {
     text += text.empty() ? "" : ", ";
     if (const auto chip = GpioChip::open(path))
       text += path + " [" + chip->label() + "] (" + std::to_string(chip->line_count()) + " lines)";
     else
       text += path + " (" + std::strerror(errno) + ")";
   }
-  return text.empty() ? "no GPIO chip (/dev/gpiochip*)" : text;
+  return text.empty() ? "no GPIO chip (" + (devices / "gpiochip*").string() + ")" : text;
 }
 
 std::string lines_text(const GpioChip& chip) {
@@ -83,30 +83,52 @@ struct FoundChip {
   std::unique_ptr<GpioChip> chip;
 };
 
-// By path, else by name or label among those present.
-Outcome<FoundChip> find_chip(const std::string& wanted) {
-  if (wanted.find('/') != std::string::npos) {
-    if (auto chip = GpioChip::open(wanted)) return FoundChip{wanted, std::move(chip)};
-    if (errno == EACCES || errno == EPERM) return not_permitted(wanted);
-    return Problem{Exit::kDevice, std::string("this is no GPIO chip that can be opened: ") + std::strerror(errno), wanted,
-                   "a GPIO chip", chips_text(), "give strobe.chip one of those, by path, name or label"};
+bool refused() { return errno == EACCES || errno == EPERM; }
+
+// Of the chips that can be opened, the first that fits; null: none does. refused_path: of the first one that this user may
+// not open. It may be the one that is meant: its label and its lines cannot be known.
+template <class Fits>
+FoundChip first_chip(const std::filesystem::path& devices, std::string& refused_path, const Fits& fits) {
+  for (const std::string& path : chip_paths(devices)) {
+    FoundChip found{path, GpioChip::open(path)};
+    if (!found.chip && refused() && refused_path.empty()) refused_path = path;
+    if (found.chip && fits(found)) return found;
   }
-  for (const std::string& path : chip_paths()) {
-    auto chip = GpioChip::open(path);
-    const bool named = path == "/dev/" + wanted;
-    if (!chip && named && (errno == EACCES || errno == EPERM)) return not_permitted(path);
-    if (chip && (named || chip->name() == wanted || chip->label() == wanted)) return FoundChip{path, std::move(chip)};
+  return {};
+}
+
+// By path or device file, else by name or label among those present.
+Outcome<FoundChip> find_chip(const std::string& wanted, const std::filesystem::path& devices) {
+  std::error_code error;
+  const bool is_path = wanted.find('/') != std::string::npos;
+  if (is_path || std::filesystem::exists(devices / wanted, error)) {
+    const std::string path = is_path ? wanted : (devices / wanted).string();
+    if (auto chip = GpioChip::open(path)) return FoundChip{path, std::move(chip)};
+    if (refused()) return not_permitted(path);
+    return Problem{Exit::kDevice, std::string("this is no GPIO chip that can be opened: ") + std::strerror(errno), path,
+                   "a GPIO chip", chips_text(devices), "give strobe.chip one of those, by path, name or label"};
   }
-  return Problem{Exit::kDevice, "no GPIO chip of this name or label", wanted, "a GPIO chip", chips_text(),
+  std::string refused_path;
+  FoundChip found = first_chip(devices, refused_path, [&](const FoundChip& one) {
+    return one.chip->name() == wanted || one.chip->label() == wanted;
+  });
+  if (found.chip) return found;
+  if (!refused_path.empty()) return not_permitted(refused_path);
+  return Problem{Exit::kDevice, "no GPIO chip of this name or label", wanted, "a GPIO chip", chips_text(devices),
                  "give strobe.chip one of those, by path, name or label"};
 }
 
-// A number is taken as one only when no line has it as its name.
-std::optional<unsigned> find_line(const GpioChip& chip, const std::string& wanted) {
+std::optional<unsigned> line_of_name(const GpioChip& chip, const std::string& wanted) {
   for (unsigned offset = 0; offset < chip.line_count(); ++offset) {
     GpioLineInfo info;
     if (chip.line(offset, info) && info.name == wanted) return offset;
   }
+  return std::nullopt;
+}
+
+// A number is taken as one only when no line has it as its name.
+std::optional<unsigned> find_line(const GpioChip& chip, const std::string& wanted) {
+  if (const auto named = line_of_name(chip, wanted)) return named;
   const auto number = number_of(wanted);
   return number && *number < chip.line_count() ? number : std::nullopt;
 }
@@ -130,9 +152,10 @@ Outcome<std::unique_ptr<OutputLine>> request(const FoundChip& found, unsigned of
 
 std::string gpiod_version() { return "libgpiod " + GpioChip::library_version(); }
 
-Outcome<std::unique_ptr<OutputLine>> open_gpiod_line(const LineAddress& address, const std::string& consumer) {
+Outcome<std::unique_ptr<OutputLine>> open_gpiod_line(const LineAddress& address, const std::string& consumer,
+                                                     const std::filesystem::path& devices) {
   if (!address.chip.empty()) {
-    auto found = find_chip(address.chip);
+    auto found = find_chip(address.chip, devices);
     if (!found) return found.error();
     const auto offset = find_line(*found->chip, address.line);
     if (!offset)
@@ -141,16 +164,16 @@ Outcome<std::unique_ptr<OutputLine>> open_gpiod_line(const LineAddress& address,
     return request(*found, *offset, address, consumer);
   }
   // Only a name says which chip is meant.
-  for (const std::string& path : chip_paths()) {
-    FoundChip found{path, GpioChip::open(path)};
-    if (!found.chip) continue;
-    for (unsigned offset = 0; offset < found.chip->line_count(); ++offset) {
-      GpioLineInfo info;
-      if (found.chip->line(offset, info) && info.name == address.line) return request(found, offset, address, consumer);
-    }
-  }
+  std::string refused_path;
+  std::optional<unsigned> offset;
+  const FoundChip found = first_chip(devices, refused_path, [&](const FoundChip& one) {
+    offset = line_of_name(*one.chip, address.line);
+    return offset.has_value();
+  });
+  if (found.chip) return request(found, *offset, address, consumer);
+  if (!refused_path.empty()) return not_permitted(refused_path);
   return Problem{Exit::kDevice, "no GPIO line has the name \"" + address.line + "\"", "", "a line's name, or strobe.chip and a number",
-                 chips_text(), "see gpioinfo"};
+                 chips_text(devices), "see gpioinfo"};
 }
 
 }  // namespace srd

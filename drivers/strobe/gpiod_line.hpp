@@ -1,6 +1,7 @@
 // An output line of a GPIO chip, through libgpiod (1.6 or 2.x, whichever the build found; or none).
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -22,6 +23,8 @@ struct LineAddress {
 
 // The line as an output, off. consumer: what others see as its owner. kDevice when there is no such chip or line (both
 // are listed), when it is in use (by whom is said) or not permitted (which group may); kUsage when the build has no libgpiod.
-[[nodiscard]] Outcome<std::unique_ptr<OutputLine>> open_gpiod_line(const LineAddress& address, const std::string& consumer);
+// devices: where chips are looked for; another folder in tests.
+[[nodiscard]] Outcome<std::unique_ptr<OutputLine>> open_gpiod_line(const LineAddress& address, const std::string& consumer,
+                                                                   const std::filesystem::path& devices = "/dev");
 
 }  // namespace srd

@@ -3,7 +3,7 @@
 
 #include "drivers/support/formatted.hpp"
 #include "firmware/doctor/doctor.hpp"
-#include "firmware/strobe/strobe.hpp"
+#include "firmware/doctor/lit_frames.hpp"
 
 namespace srd::firmware {
 
@@ -17,6 +17,9 @@ constexpr auto kPatience = std::chrono::milliseconds(500);
 constexpr int kStep = 4;               // every fourth pixel is enough to judge the light
 constexpr double kDark = 30, kBright = 225, kMostSaturated = 0.01;
 constexpr double kRateTolerance = 0.02;
+constexpr const char* kFramesAdvice = "the cable, the trigger if the sensor waits for one, and another program that has the camera";
+constexpr const char* kStrobeAdvice =
+    "a rate that the camera keeps (camera.frame_rate_hz), camera.stamp, real-time priority (below), a longer strobe.jitter_us";
 
 struct Seen {
   std::uint64_t frames = 0, bad = 0, gaps = 0, away = 0;
@@ -51,21 +54,16 @@ struct Seen {
   }
 };
 
-// strobe: may be null.
-Seen watch(Camera& camera, Strobe* strobe, std::chrono::milliseconds time) {
+Seen watch(LitFrames& frames, std::chrono::milliseconds time) {
   Seen seen;
   CameraFrame frame;
   const auto end = Clock::now() + time;
   for (bool over = false; !over && seen.frames + seen.bad < kFrames && Clock::now() < end;) {
-    switch (camera.next(frame, kPatience)) {
+    switch (frames.next(frame, kPatience)) {
       case Capture::kFrame:
-        if (strobe != nullptr) {
-          strobe->captured(frame);
-          strobe->label(frame);
-        }
         seen.add(frame);
-        seen.look_at(frame.image);
-        camera.give_back(frame);
+        if (frames.lit(frame)) seen.look_at(frame.image);
+        frames.give_back(frame);
         break;
       case Capture::kBadFrame: ++seen.bad; break;
       case Capture::kDisconnected: ++seen.away; break;
@@ -83,8 +81,7 @@ void judge_frames(const Seen& seen, bool live, double wanted_hz, Diagnosis& diag
                                    static_cast<unsigned long long>(seen.gaps), static_cast<unsigned long long>(seen.bad));
   if (seen.frames == 0) {
     diagnosis.fail(Exit::kDevice, "frames", seen.away > 0 ? "none: the camera is away" : found,
-                   live ? "the cable, the trigger if the sensor waits for one, and another program that has the camera"
-                        : "the images of the recording");
+                   live ? kFramesAdvice : "the images of the recording");
   } else if (seen.gaps + seen.bad + seen.away > 0) {
     diagnosis.warn("frames", found, "a shorter cable, more buffers (camera.buffers), a lower rate, or a faster disk");
   } else if (live && rate > 0 && std::abs(rate - wanted_hz) > kRateTolerance * wanted_hz) {
@@ -95,8 +92,12 @@ void judge_frames(const Seen& seen, bool live, double wanted_hz, Diagnosis& diag
   }
 }
 
-void judge_light(const Seen& seen, Diagnosis& diagnosis) {
-  if (seen.pixels == 0) return;
+void judge_light(const Seen& seen, const LitFrames& frames, Diagnosis& diagnosis) {
+  if (seen.frames == 0) return;
+  if (seen.pixels == 0) {
+    diagnosis.warn("light", frames.none_of(seen.frames), kStrobeAdvice);
+    return;
+  }
   const double mean = seen.grey / seen.pixels, saturated = seen.saturated / seen.pixels;
   const std::string found = formatted("mean grey level %.0f, %.1f %% saturated", mean, 100 * saturated);
   if (mean < kDark)
@@ -117,32 +118,75 @@ const char* advice_for(dsp::TrackStatus status) {
   }
 }
 
-void find_pattern(Instrument& instrument, std::chrono::milliseconds time, Diagnosis& diagnosis) {
+void find_pattern(Instrument& instrument, LitFrames& frames, std::chrono::milliseconds time, Diagnosis& diagnosis) {
   Camera& camera = *instrument.camera;
-  if (!camera.start().ok()) return;  // it did a moment ago: the frames have told
+  // A recording may be over, and begins anew. A live camera goes on, so that the strobe stays in step with it.
+  if (!camera.live()) {
+    camera.stop();
+    if (!camera.start().ok()) return;  // it did a moment ago: the frames have told
+  }
   CameraFrame frame;
   dsp::TrackStatus status = dsp::TrackStatus::kNoPattern;
   const int corners = instrument.tracker->pattern().size();
   const auto end = Clock::now() + time;
-  for (int tried = 0; tried < kSearched && Clock::now() < end;) {
-    const Capture got = camera.next(frame, kPatience);
+  std::uint64_t came = 0;
+  int searched = 0;
+  while (searched < kSearched && Clock::now() < end) {
+    const Capture got = frames.next(frame, kPatience);
     if (got == Capture::kEnd) break;
     if (got != Capture::kFrame) continue;
-    ++tried;
+    ++came;
+    if (!frames.lit(frame)) {
+      frames.give_back(frame);
+      continue;
+    }
+    ++searched;
     const dsp::FrameResult<float>& result = instrument.tracker->process(std::span(&frame.image, 1), frame.time_ns);
-    camera.give_back(frame);
+    frames.give_back(frame);
     status = result.status;
     if (!result.has_surface()) continue;
-    camera.stop();
     diagnosis.ok("pattern", formatted("%d of %d corners, %.3f px rms", result.estimate.corners_used, corners,
                                    static_cast<double>(result.estimate.reprojection_rms)));
     return;
   }
-  camera.stop();
-  diagnosis.warn("pattern", "no surface in " + std::to_string(kSearched) + " frames", advice_for(status));
+  if (searched > 0)
+    diagnosis.warn("pattern", "no surface in " + std::to_string(searched) + " frames", advice_for(status));
+  else if (came > 0)
+    diagnosis.warn("pattern", "not looked for, " + frames.none_of(came), kStrobeAdvice);
+  else
+    diagnosis.warn("pattern", "not looked for, no more frames came", kFramesAdvice);
 }
 
 }  // namespace
+
+void check_camera(const NodeConfig& config, Instrument& instrument, const OpenLight& open_light, const DoctorOptions& options,
+                  Diagnosis& diagnosis) {
+  Camera& camera = *instrument.camera;
+  if (auto started = camera.start(); !started) {
+    diagnosis.fail("camera", started.error());
+    return;
+  }
+  const std::string size = formatted("%d x %d", camera.width(), camera.height());
+  const bool fits = camera.width() == instrument.width && camera.height() == instrument.height;
+  if (fits)
+    diagnosis.ok("camera", config.camera->text() + ", " + size);
+  else
+    diagnosis.fail(Exit::kInput, "camera", size + ", and the calibration is of " + formatted("%d x %d", instrument.width, instrument.height),
+                   "the calibration of this camera and mode");
+  {
+    // As in a measurement, and to the end: a sensor that waits for triggers gives frames, and their light is what they will
+    // have. A strobe that does not work is for the GPIO's own check.
+    const auto strobe = open_light(camera);
+    Strobe* const running = strobe.ok() ? strobe->get() : nullptr;
+    if (running != nullptr) running->start();
+    LitFrames frames(camera, running, config.strobe);
+    const Seen seen = watch(frames, options.camera_time + frames.time_to_light(config.frame_rate_hz));
+    judge_frames(seen, camera.live(), config.frame_rate_hz, diagnosis);
+    judge_light(seen, frames, diagnosis);
+    if (fits && seen.frames > 0) find_pattern(instrument, frames, options.camera_time, diagnosis);
+  }
+  camera.stop();
+}
 
 void check_camera(const NodeConfig& config, const DoctorOptions& options, Diagnosis& diagnosis) {
   auto instrument = make_instrument(config);
@@ -150,31 +194,7 @@ void check_camera(const NodeConfig& config, const DoctorOptions& options, Diagno
     diagnosis.fail("camera", instrument.error());
     return;
   }
-  Camera& camera = *instrument->camera;
-  if (auto started = camera.start(); !started) {
-    diagnosis.fail("camera", started.error());
-    return;
-  }
-  const std::string size = formatted("%d x %d", camera.width(), camera.height());
-  const bool fits = camera.width() == instrument->width && camera.height() == instrument->height;
-  if (fits)
-    diagnosis.ok("camera", config.camera->text() + ", " + size);
-  else
-    diagnosis.fail(Exit::kInput, "camera", size + ", and the calibration is of " + formatted("%d x %d", instrument->width, instrument->height),
-                   "the calibration of this camera and mode");
-  // As in a measurement: a sensor that waits for triggers gives frames, and the light is what they will have. A strobe that
-  // does not work is for the GPIO's own check.
-  Seen seen;
-  {
-    const auto strobe = open_strobe(config, camera);
-    Strobe* const running = strobe.ok() ? strobe->get() : nullptr;
-    if (running != nullptr) running->start();
-    seen = watch(camera, running, options.camera_time);
-  }
-  camera.stop();
-  judge_frames(seen, camera.live(), config.frame_rate_hz, diagnosis);
-  judge_light(seen, diagnosis);
-  if (fits && seen.frames > 0) find_pattern(*instrument, options.camera_time, diagnosis);
+  check_camera(config, *instrument, [&](const Camera& camera) { return open_strobe(config, camera); }, options, diagnosis);
 }
 
 }  // namespace srd::firmware

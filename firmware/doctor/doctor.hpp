@@ -4,12 +4,15 @@
 
 #include <chrono>
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <span>
 
 #include "drivers/strobe/gpiod_line.hpp"
 #include "firmware/config/instrument.hpp"
 #include "firmware/doctor/finding.hpp"
 #include "firmware/realtime/realtime.hpp"
+#include "firmware/strobe/strobe.hpp"
 
 namespace srd::firmware {
 
@@ -21,8 +24,14 @@ struct DoctorOptions {
   std::uint64_t write_bytes = std::uint64_t{32} << 20;  // to the disk
 };
 
+// The strobe for a camera that has started: see open_strobe.
+using OpenLight = std::function<Outcome<std::unique_ptr<Strobe>>(const Camera&)>;
+
 // The parts, in their order. Each adds at least one finding.
 void check_camera(const NodeConfig& config, const DoctorOptions& options, Diagnosis& diagnosis);
+// The same with an instrument and a strobe of one's own.
+void check_camera(const NodeConfig& config, Instrument& instrument, const OpenLight& open_light, const DoctorOptions& options,
+                  Diagnosis& diagnosis);
 // lines: that the configuration drives; each is opened, off, and given back.
 void check_gpio(std::span<const LineAddress> lines, const DoctorOptions& options, Diagnosis& diagnosis);
 void check_clock(const NodeConfig& config, const DoctorOptions& options, Diagnosis& diagnosis);

@@ -95,13 +95,17 @@ TEST_F(GpioBoard, WithoutPermissionTheGroupIsNamed) {
   const pid_t child = ::fork();
   if (child == 0) {
     if (::setgid(65534) != 0 || ::setuid(65534) != 0) ::_exit(9);
-    const auto line = open_gpiod_line({chip_->path(), "3"}, "test");
-    if (line.ok()) ::_exit(1);
-    std::printf("%s", line.error().text().c_str());
-    std::fflush(stdout);
-    const bool said = line.error().exit == Exit::kDevice && line.error().what.find("no permission") != std::string::npos &&
-                      line.error().found.find("group") != std::string::npos && line.error().advice.find("usermod") != std::string::npos;
-    ::_exit(said ? 0 : 2);
+    for (const LineAddress& address : {LineAddress{chip_->path(), "3"}, {SimulatedChip::kLabel, "3"}, {"", "strobe-under-test"}}) {
+      const auto line = open_gpiod_line(address, "test");
+      if (line.ok()) ::_exit(1);
+      std::printf("%s", line.error().text().c_str());
+      std::fflush(stdout);
+      const bool said = line.error().exit == Exit::kDevice && line.error().what.find("no permission") != std::string::npos &&
+                        line.error().found.find("group") != std::string::npos;
+      if (!said) ::_exit(2);
+      if (line.error().where == chip_->path() && line.error().advice.find("usermod") == std::string::npos) ::_exit(3);
+    }
+    ::_exit(0);
   }
   int status = 0;
   ASSERT_EQ(::waitpid(child, &status, 0), child);

@@ -1,7 +1,13 @@
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
 
 #include "drivers/strobe/gpiod_line.hpp"
 #include "tests/fakes/recording_line.hpp"
+#include "tests/fakes/scratch_folder.hpp"
 
 namespace srd {
 namespace {
@@ -49,6 +55,34 @@ TEST(GpiodLine, ANameThatNoChipHasIsNamed) {
   const auto line = open_gpiod_line({"", "no such line anywhere"}, "test");
   ASSERT_FALSE(line.ok());
   EXPECT_NE(line.error().what.find("no such line anywhere"), std::string::npos);
+}
+
+// A chip that may not be opened tells neither its label nor its lines: it may be the one that is meant.
+TEST(GpiodLine, AChipThatIsNotPermittedIsNoMissingOne) {
+  if (gpiod_version().empty()) GTEST_SKIP() << "built without libgpiod";
+  const fakes::ScratchFolder devices;
+  const std::string chip = devices.write("gpiochip3", "").string();
+  ASSERT_EQ(::chmod(chip.c_str(), 0), 0);
+  ASSERT_EQ(::chmod(devices.path().c_str(), 0755), 0);
+  std::fflush(stdout);
+  const pid_t child = ::fork();
+  if (child == 0) {  // not as root, who may open anything
+    if (::geteuid() == 0 && ::setresuid(65534, 65534, 65534) != 0) ::_exit(2);
+    int wrong = 0;
+    for (const LineAddress& address : {LineAddress{"pinctrl-rp1", "17"}, {"gpiochip3", "17"}, {chip, "17"}, {"", "GPIO17"}}) {
+      const auto line = open_gpiod_line(address, "test", devices.path());
+      if (!line.ok() && line.error().what.starts_with("no permission") && line.error().where == chip &&
+          line.error().found.find("group") != std::string::npos)
+        continue;
+      wrong = 1;
+      std::printf("%s: %s", address.text().c_str(), line.ok() ? "opened" : line.error().text().c_str());
+    }
+    std::fflush(stdout);
+    ::_exit(wrong);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_EQ(status, 0);
 }
 
 TEST(GpiodLine, ABuildWithoutTheLibraryRefusesAndSaysSo) {

@@ -109,6 +109,7 @@ TEST(Doctor, TellsTheTechnicianWhatIsWrongWithTheImage) {
     expect(diagnosis, "light", Verdict::kWarn, word);
     expect(diagnosis, "frames", Verdict::kWarn, "4 frames, 50.00 frames/s, 2 missing");
     expect(diagnosis, "pattern", Verdict::kWarn, "focus");
+    expect(diagnosis, "pattern", Verdict::kWarn, "no surface in 4 frames");
     EXPECT_EQ(diagnosis.exit(), Exit::kDone) << "a camera that is not aimed yet is no broken one";
   }
 }

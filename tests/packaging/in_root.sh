@@ -40,6 +40,7 @@ has_its_user() {
   id flume-srd && id -nG flume-srd | grep -qw video && id -nG flume-srd | grep -qw gpio &&
     [ "$(getent passwd flume-srd | cut -d: -f7)" = /usr/sbin/nologin ]
 }
+has_its_folder() { stat -c '%U:%G %a' /var/lib/flume-srd && [ "$(stat -c '%U:%G %a' /var/lib/flume-srd)" = "flume-srd:flume-srd 750" ]; }
 is_enabled() { [ -L /etc/systemd/system/multi-user.target.wants/flume-srd-node.service ]; }
 waits_for_edits() { ! /usr/lib/flume-srd/configured $node && ! absent $node; }
 detects() {
@@ -62,6 +63,7 @@ check "unit: security at most 2.1" systemd-analyze security --offline=true --thr
 check "service is enabled" is_enabled
 check "service waits while unedited" waits_for_edits
 check "system user and its groups" has_its_user
+check "state folder is the user's" has_its_folder
 check "detects a Raspberry Pi 4" detects "Raspberry Pi 4 Model B Rev 1.5" raspberrypi-4
 check "detects a Raspberry Pi 5" detects "Raspberry Pi 5 Model B Rev 1.0" raspberrypi-5
 check "detects another board" detects "Radxa ROCK 5B" generic-v4l2
@@ -92,6 +94,7 @@ check "installs after a purge" install
 check "a new configuration is the profile again" cmp $node $profile
 check "purges all" apt purge flume-srd-node
 check "nothing is left in /etc" absent /etc/flume-srd
+check "nothing is left in /var/lib" absent /var/lib/flume-srd
 
 if [ -e /packages/host.deb ]; then
   check "host: installs with its dependencies" apt install /packages/host.deb

@@ -90,6 +90,20 @@ class Packaging(unittest.TestCase):
         self.assertEqual(gone.returncode, 1)
         self.assertIn("copy a profile from", gone.stderr)
 
+    def test_the_doctor_is_named_with_the_services_user_and_limits(self):
+        unit = dict(re.findall(r"(?m)^(User|Group|LimitRTPRIO|LimitMEMLOCK)=(.*)$",
+                               (PACKAGING / "flume-srd-node.service").read_text()))
+        memory = unit["LimitMEMLOCK"].replace("infinity", "unlimited")
+        command = (f"prlimit --rtprio={unit['LimitRTPRIO']} --memlock={memory} setpriv --reuid={unit['User']} "
+                   f"--regid={unit['Group']} --init-groups srd-node --config ")
+        for path in ("README.md", "board/README.md", "board/packaging/configured.sh", "board/packaging/man/srd-node.1"):
+            with self.subTest(path):
+                text = (TREE / path).read_text().replace("\\-", "-")
+                text = re.sub(r"\s*\\e?\n\s*", " ", text)
+                named = re.findall(r"(.*)(?:/etc/flume-srd/node\.toml|\$config) --doctor", text)
+                self.assertEqual(len(named), 1)
+                self.assertTrue(named[0].endswith(command), named[0])
+
     def test_board_is_detected_by_its_model(self):
         model = self.folder / "model"
         for text, board in (("Raspberry Pi 4 Model B Rev 1.5\0", "raspberrypi-4"),

@@ -43,6 +43,12 @@ restarted() {
 only_its_folder() { # as the service sees files
   nsenter -t "$(main_pid)" -m sh -c '! touch /etc/written 2>/dev/null && ! touch /usr/written 2>/dev/null && touch /var/lib/flume-srd/written'
 }
+doctor_has_the_services_rights() { # by the command that the documents name; that nobody answers on the host is its own matter
+  prlimit --rtprio=90 --memlock=unlimited setpriv --reuid=flume-srd --regid=flume-srd --init-groups \
+    srd-node --config $node --doctor >/tmp/doctor 2>&1
+  cat /tmp/doctor
+  for subject in priority memory groups GPIO; do grep -qE "^OK +$subject" /tmp/doctor || return 1; done
+}
 
 check "unedited: the service is skipped" comes_to inactive
 check "unedited: it says what to do" said "edit node.id and node.host"
@@ -59,6 +65,7 @@ udevadm settle
 
 sed -e 's/^id = .*/id = "board"/' -e 's/^host = .*/host = "127.0.0.1:47810"/' /usr/share/flume-srd/profiles/virtual/node.toml >$node
 cp /w/geometry/*.yml /etc/flume-srd/
+check "doctor has the service's rights" doctor_has_the_services_rights
 check "starts" systemctl start $unit
 sleep 5
 check "runs" comes_to active
