@@ -7,7 +7,11 @@ if(NOT SRD_SYSROOT)
   get_filename_component(SRD_SYSROOT ${CMAKE_CURRENT_LIST_DIR}/../build/sysroots/debian12-${SRD_DEBIAN_ARCHITECTURE} ABSOLUTE)
 endif()
 if(NOT EXISTS ${SRD_SYSROOT}/usr/include)
-  message(FATAL_ERROR "no sysroot in ${SRD_SYSROOT}: run toolchains/sysroot.sh ${SRD_DEBIAN_ARCHITECTURE}, "
+  set(release)
+  if(SRD_SYSROOT MATCHES "/debian([0-9]+)-[^/]*$" AND NOT CMAKE_MATCH_1 EQUAL 12)
+    set(release " --debian ${CMAKE_MATCH_1}")
+  endif()
+  message(FATAL_ERROR "no sysroot in ${SRD_SYSROOT}: run toolchains/sysroot.sh ${SRD_DEBIAN_ARCHITECTURE}${release}, "
     "or give -DSRD_SYSROOT=FOLDER")
 endif()
 # Debian's cross GCC reads the C library's headers of its own release before the sysroot's: for a sysroot of another release

@@ -10,11 +10,6 @@
 namespace srd::dsp {
 namespace {
 
-constexpr int kDefaultIterations = 50;
-constexpr double kDefaultTolerance = 1e-9;
-// A fall of the cost by this part moves the surface by a thousandth of its deviation times the root of the residuals'
-// number: below what a second evaluation of all corners is worth. Exact corners go on, since their cost falls to nothing.
-constexpr double kDefaultCostTolerance = 1e-6;
 constexpr double kHeldDeviation = 1e-4;  // mm, stated for a coefficient that equal bounds hold
 
 [[nodiscard]] bool valid_bounds(const EstimatorOptions& options, std::size_t n) {
@@ -84,10 +79,10 @@ Result<SurfaceEstimator<S>> SurfaceEstimator<S>::make(const SurfaceModel<S>& mod
   out.metric_ = options.metric;
   out.loss_ = options.loss;
   const bool all_off = options.epsg <= 0 && options.epsf <= 0 && options.epsx <= 0 && options.max_iterations == 0;
-  out.solver_.epsg = all_off ? kDefaultTolerance : options.epsg;
-  out.solver_.epsf = all_off ? kDefaultCostTolerance : options.epsf;
-  out.solver_.epsx = all_off ? kDefaultTolerance : options.epsx;
-  out.solver_.max_iterations = options.max_iterations == 0 ? kDefaultIterations : options.max_iterations;
+  out.solver_.epsg = all_off ? EstimatorOptions::kDefaultEpsg : options.epsg;
+  out.solver_.epsf = all_off ? EstimatorOptions::kDefaultEpsf : options.epsf;
+  out.solver_.epsx = all_off ? EstimatorOptions::kDefaultEpsx : options.epsx;
+  out.solver_.max_iterations = options.max_iterations == 0 ? EstimatorOptions::kDefaultMaxIterations : options.max_iterations;
   out.solver_.scale = as_coefficients(options.scale);
   out.solver_.lower = as_coefficients(options.lower);
   out.solver_.upper = as_coefficients(options.upper);

@@ -171,10 +171,11 @@ void read_estimator(TomlTable estimator, NodeConfig& config) {
                                            : dsp::Metric::kReprojection;
   if (auto loss = estimator.choice("loss", {"none", "huber", "tukey"}))
     e.loss = *loss == "huber" ? dsp::Loss::kHuber : *loss == "tukey" ? dsp::Loss::kTukey : dsp::Loss::kNone;
-  set(e.epsg, estimator.number("epsg", {0, 1}));
-  set(e.epsf, estimator.number("epsf", {0, 1}));
-  set(e.epsx, estimator.number("epsx", {0, 1}));
-  set(e.max_iterations, estimator.integer("max_iterations", {0, 1000}));
+  // Each rule by itself: a key that is given leaves the others as they are.
+  e.epsg = estimator.number("epsg", {0, 1}).value_or(e.kDefaultEpsg);
+  e.epsf = estimator.number("epsf", {0, 1}).value_or(e.kDefaultEpsf);
+  e.epsx = estimator.number("epsx", {0, 1}).value_or(e.kDefaultEpsx);
+  e.max_iterations = static_cast<int>(estimator.integer("max_iterations", {0, 1000}).value_or(e.kDefaultMaxIterations));
   config.deadline_us = estimator.integer("deadline_us", {1, 1e9, "us"});
 }
 

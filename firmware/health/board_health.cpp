@@ -40,13 +40,22 @@ std::string first_line(const fs::path& path) {
   return line;
 }
 
-std::vector<fs::path> listed(const fs::path& folder, std::string_view prefix) {
+std::vector<fs::path> listed(const fs::path& folder, std::string_view prefix, std::string_view suffix = {}) {
   std::vector<fs::path> found;
   std::error_code error;
   for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
-    if (it->path().filename().string().starts_with(prefix)) found.push_back(it->path());
+    if (const std::string name = it->path().filename().string(); name.starts_with(prefix) && name.ends_with(suffix))
+      found.push_back(it->path());
   std::sort(found.begin(), found.end());
   return found;
+}
+
+// The bits of the Raspberry Pi's firmware. Its device is named after the bus: soc:firmware, soc@107c000000:firmware.
+UniqueFd open_firmware(const fs::path& root) {
+  for (const fs::path& bus : listed(root / "sys/devices/platform", "soc"))
+    for (const fs::path& device : listed(bus, "soc", ":firmware"))
+      if (UniqueFd file = open_file(device / "get_throttled"); file.valid()) return file;
+  return {};
 }
 
 // 0: the processor's own zone; larger: worse.
@@ -71,7 +80,7 @@ BoardHealth::BoardHealth(const fs::path& root) {
     zone_ = type;
     temperature_ = std::move(file);
   }
-  firmware_ = open_file(root / "sys/devices/platform/soc/soc:firmware/get_throttled");
+  firmware_ = open_firmware(root);
   for (const fs::path& monitor : listed(root / "sys/class/hwmon", "hwmon"))
     if (first_line(monitor / "name") == "rpi_volt") voltage_alarm_ = open_file(monitor / "in0_lcrit_alarm");
   for (const fs::path& device : listed(root / "sys/class/thermal", "cooling_device")) {

@@ -62,7 +62,7 @@ struct SteppingClock {
 
 TEST(FrameLoop, TheDeadlineEndsAFitWithTheBestSurfaceSoFarAndSaysSo) {
   const auto config = [](const std::string& deadline) {
-    auto made = NodeConfig::parse(std::string(kSimulated) + "[estimator]\nepsg = 1e-9\n" + deadline, "node.toml");
+    auto made = NodeConfig::parse(std::string(kSimulated) + "[estimator]\nepsf = 0\nepsx = 0\n" + deadline, "node.toml");
     EXPECT_TRUE(made.ok()) << made.error().text();
     made->pace = Pace::kMax;
     return *made;

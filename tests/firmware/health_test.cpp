@@ -53,6 +53,18 @@ TEST(BoardHealth, ReadsTheBitsOfTheRaspberryPi) {
   EXPECT_EQ(health.read().throttled, 0u);
 }
 
+TEST(BoardHealth, FindsTheFirmwareOfEveryRaspberryPi) {
+  for (const char* bits : {kFirmware, "sys/devices/platform/soc@107c000000/soc@107c000000:firmware/get_throttled"}) {
+    const fakes::ScratchFolder root;
+    root.write("sys/devices/platform/soc-audio/uevent", "");
+    root.write("sys/devices/platform/soc@0/soc@0:power/get_throttled", "f0000\n");
+    root.write(bits, "50005\n");
+    BoardHealth health(root.path());
+    EXPECT_TRUE(health.knows_throttling()) << bits;
+    EXPECT_EQ(health.read().throttled, 0x50005u) << bits;
+  }
+}
+
 TEST(BoardHealth, SeesAnyBoardSlowDownAndRemembersIt) {
   const fakes::ScratchFolder root;
   root.write("sys/class/thermal/cooling_device0/type", "gpio-fan\n");

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <tuple>
+
 #include "firmware/config/instrument.hpp"
 
 namespace srd::firmware {
@@ -25,6 +27,20 @@ TEST(NodeConfig, TakesALoss) {
     const auto config = NodeConfig::parse(std::string(kMinimal) + "[estimator]\nloss = \"" + word + "\"\n", "node.toml");
     ASSERT_TRUE(config.ok()) << config.error().text();
     EXPECT_EQ(config->estimator.loss, loss);
+  }
+}
+
+TEST(NodeConfig, AStoppingRuleLeavesTheOthersAsTheyAre) {
+  using Rules = std::tuple<double, double, double, int>;
+  for (const auto& [text, rules] : {std::pair<const char*, Rules>{"", {1e-9, 1e-6, 1e-9, 50}},
+                                    {"max_iterations = 3\n", {1e-9, 1e-6, 1e-9, 3}},
+                                    {"epsg = 1e-4\n", {1e-4, 1e-6, 1e-9, 50}},
+                                    {"epsx = 1e-4\n", {1e-9, 1e-6, 1e-4, 50}},
+                                    {"epsf = 0\n", {1e-9, 0, 1e-9, 50}}}) {
+    const auto config = NodeConfig::parse(std::string(kMinimal) + "[estimator]\n" + text, "node.toml");
+    ASSERT_TRUE(config.ok()) << config.error().text();
+    const dsp::EstimatorOptions& e = config->estimator;
+    EXPECT_EQ(Rules(e.epsg, e.epsf, e.epsx, e.max_iterations), rules) << text;
   }
 }
 

@@ -115,6 +115,34 @@ class Packaging(unittest.TestCase):
         no_device_tree = run(PACKAGING / "detect_board.sh", SRD_MODEL_FILE=str(self.folder / "none"))
         self.assertEqual((no_device_tree.stdout, no_device_tree.stderr), ("generic-v4l2\n", ""))
 
+    def purge(self):
+        """The package's own script, on folders of the test and with nothing of the system but what removes."""
+        programs = self.folder / "bin"
+        programs.mkdir(exist_ok=True)
+        for name in ("rm", "rmdir"):
+            if not (programs / name).exists():
+                (programs / name).symlink_to(shutil.which(name))
+        script = self.folder / "postrm"
+        script.write_text(re.sub(r"/(etc|var|run)/", rf"{self.folder}/\1/", (PACKAGING / "debian/postrm").read_text()))
+        return run("/bin/sh", script, "purge", PATH=str(programs))
+
+    def test_purge_takes_empty_folders_only(self):
+        state, settings, disk = self.folder / "var/lib/flume-srd", self.folder / "etc/flume-srd", self.folder / "disk"
+        for folder in (state, settings, disk):
+            folder.mkdir(parents=True)
+        (settings / "node.toml").write_text("")
+        (state / "frames.csv").write_text("")
+        self.assertEqual(self.purge().returncode, 0)
+        self.assertFalse(settings.exists())
+        self.assertTrue((state / "frames.csv").exists())
+        (state / "frames.csv").unlink()
+        self.assertEqual(self.purge().returncode, 0)
+        self.assertFalse(state.exists())
+        state.symlink_to(disk)
+        done = self.purge()
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertTrue(state.is_symlink())
+
 
 if __name__ == "__main__":
     unittest.main(verbosity=1)
