@@ -12,16 +12,23 @@
 #include "firmware/doctor/doctor.hpp"
 #include "firmware/node/node.hpp"
 #include "firmware/service/last_end.hpp"
+#include "firmware/service/stop_signals.hpp"
 #include "firmware/strobe/lines_low.hpp"
 
 namespace {
 
 std::atomic<bool> stop_requested{false};
-static_assert(std::atomic<bool>::is_always_lock_free);
+std::atomic<int> stop_signal{0};  // that came first
+static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free);
 
 // The first time ends in order; SIGINT again ends at once.
 void request_stop(int signal) {
-  if (!stop_requested.exchange(true) || signal != SIGINT) return;
+  int none = 0;
+  if (stop_signal.compare_exchange_strong(none, signal)) {
+    stop_requested = true;
+    return;
+  }
+  if (signal != SIGINT) return;
   srd::firmware::LastEnd::clear_from_signal();
   ::_exit(128 + SIGINT);
 }
@@ -97,19 +104,25 @@ srd::Outcome<srd::firmware::RunReport> measure(const srd::firmware::NodeConfig& 
   return srd::firmware::run_node(config, instrument, options, stop_requested);
 }
 
-// Tells everything, whatever fails.
+// Tells everything, whatever fails. Stopped, it has not, and ends as by that signal.
 int examine(const Arguments& arguments) {
   srd::firmware::Diagnosis diagnosis([](const srd::firmware::Finding& finding) {
     std::fputs(finding.text().c_str(), stdout);
     std::fflush(stdout);
   });
+  srd::firmware::DoctorOptions options;
+  options.stop = &stop_requested;
   if (arguments.config.empty()) {
-    srd::firmware::examine(nullptr, {}, diagnosis);
+    srd::firmware::examine(nullptr, options, diagnosis);
   } else {
     auto config = srd::firmware::NodeConfig::load(arguments.config);
     if (config)
       if (auto overridden = override_config(arguments, *config); !overridden) config = overridden.error();
-    srd::firmware::examine(&config, {}, diagnosis);
+    srd::firmware::examine(&config, options, diagnosis);
+  }
+  if (stop_requested) {
+    std::fputs("stopped: not everything is examined\n", stderr);
+    return 128 + stop_signal;
   }
   return static_cast<int>(diagnosis.exit());
 }
@@ -119,6 +132,8 @@ int run(const Arguments& arguments) {
     std::fputs(srd::firmware::list_cameras().c_str(), stdout);
     return 0;
   }
+  // Before anything has a line: one that is on when the program dies may stay on.
+  srd::firmware::call_on_stop_signals(request_stop);
   if (arguments.doctor) return examine(arguments);
   if (arguments.config.empty())
     return fail({srd::Exit::kUsage, "no configuration", "--config", "a file", "none", "see board/ for profiles"});
@@ -130,8 +145,6 @@ int run(const Arguments& arguments) {
   }
   if (auto overridden = override_config(arguments, *config); !overridden) return fail(overridden.error());
   if (auto good = check_host(arguments, *config); !good) return fail(good.error());
-  std::signal(SIGINT, request_stop);
-  std::signal(SIGTERM, request_stop);
   const auto last_end = srd::firmware::LastEnd::open(arguments.check ? "" : config->state);
   if (!last_end) return fail(last_end.error());
   // From here on a run that does not come to its end leaves the reason for the next one.

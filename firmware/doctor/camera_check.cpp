@@ -13,7 +13,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::uint64_t kFrames = 100;
 constexpr int kSearched = 10;          // frames in which the pattern is looked for
-constexpr auto kPatience = std::chrono::milliseconds(500);
+constexpr auto kPatience = std::chrono::milliseconds(100);  // between looks at whether to stop
 constexpr int kStep = 4;               // every fourth pixel is enough to judge the light
 constexpr double kDark = 30, kBright = 225, kMostSaturated = 0.01;
 constexpr double kRateTolerance = 0.02;
@@ -54,11 +54,11 @@ struct Seen {
   }
 };
 
-Seen watch(LitFrames& frames, std::chrono::milliseconds time) {
+Seen watch(LitFrames& frames, std::chrono::milliseconds time, const DoctorOptions& options) {
   Seen seen;
   CameraFrame frame;
   const auto end = Clock::now() + time;
-  for (bool over = false; !over && seen.frames + seen.bad < kFrames && Clock::now() < end;) {
+  for (bool over = false; !over && !options.stopping() && seen.frames + seen.bad < kFrames && Clock::now() < end;) {
     switch (frames.next(frame, kPatience)) {
       case Capture::kFrame:
         seen.add(frame);
@@ -118,7 +118,7 @@ const char* advice_for(dsp::TrackStatus status) {
   }
 }
 
-void find_pattern(Instrument& instrument, LitFrames& frames, std::chrono::milliseconds time, Diagnosis& diagnosis) {
+void find_pattern(Instrument& instrument, LitFrames& frames, const DoctorOptions& options, Diagnosis& diagnosis) {
   Camera& camera = *instrument.camera;
   // A recording may be over, and begins anew. A live camera goes on, so that the strobe stays in step with it.
   if (!camera.live()) {
@@ -128,10 +128,10 @@ void find_pattern(Instrument& instrument, LitFrames& frames, std::chrono::millis
   CameraFrame frame;
   dsp::TrackStatus status = dsp::TrackStatus::kNoPattern;
   const int corners = instrument.tracker->pattern().size();
-  const auto end = Clock::now() + time;
+  const auto end = Clock::now() + options.camera_time;
   std::uint64_t came = 0;
   int searched = 0;
-  while (searched < kSearched && Clock::now() < end) {
+  while (!options.stopping() && searched < kSearched && Clock::now() < end) {
     const Capture got = frames.next(frame, kPatience);
     if (got == Capture::kEnd) break;
     if (got != Capture::kFrame) continue;
@@ -149,6 +149,7 @@ void find_pattern(Instrument& instrument, LitFrames& frames, std::chrono::millis
                                    static_cast<double>(result.estimate.reprojection_rms)));
     return;
   }
+  if (options.stopping()) return;
   if (searched > 0)
     diagnosis.warn("pattern", "no surface in " + std::to_string(searched) + " frames", advice_for(status));
   else if (came > 0)
@@ -180,10 +181,12 @@ void check_camera(const NodeConfig& config, Instrument& instrument, const OpenLi
     Strobe* const running = strobe.ok() ? strobe->get() : nullptr;
     if (running != nullptr) running->start();
     LitFrames frames(camera, running, config.strobe);
-    const Seen seen = watch(frames, options.camera_time + frames.time_to_light(config.frame_rate_hz));
-    judge_frames(seen, camera.live(), config.frame_rate_hz, diagnosis);
-    judge_light(seen, frames, diagnosis);
-    if (fits && seen.frames > 0) find_pattern(instrument, frames, options.camera_time, diagnosis);
+    const Seen seen = watch(frames, options.camera_time + frames.time_to_light(config.frame_rate_hz), options);
+    if (!options.stopping()) {
+      judge_frames(seen, camera.live(), config.frame_rate_hz, diagnosis);
+      judge_light(seen, frames, diagnosis);
+      if (fits && seen.frames > 0) find_pattern(instrument, frames, options, diagnosis);
+    }
   }
   camera.stop();
 }

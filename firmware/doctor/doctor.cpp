@@ -1,5 +1,6 @@
 #include "firmware/doctor/doctor.hpp"
 
+#include <functional>
 #include <vector>
 
 namespace srd::firmware {
@@ -29,15 +30,17 @@ void examine(const Outcome<NodeConfig>* config, const DoctorOptions& options, Di
     diagnosis.ok("configuration", (*config)->file.string());
   }
   const NodeConfig& settings = usable ? **config : defaults;
-  if (usable) check_camera(settings, options, diagnosis);
-  check_gpio(strobe_lines(settings), options, diagnosis);
-  check_clock(settings, options, diagnosis);
-  check_permissions(settings, diagnosis);
-  if (usable) {
-    check_network(settings, options, diagnosis);
-    check_disk(settings, options, diagnosis);
-  }
-  check_board(options, diagnosis);
+  const std::function<void()> parts[] = {
+      [&] { if (usable) check_camera(settings, options, diagnosis); },
+      [&] { check_gpio(strobe_lines(settings), options, diagnosis); },
+      [&] { check_clock(settings, options, diagnosis); },
+      [&] { check_permissions(settings, diagnosis); },
+      [&] { if (usable) check_network(settings, options, diagnosis); },
+      [&] { if (usable) check_disk(settings, options, diagnosis); },
+      [&] { check_board(options, diagnosis); },
+  };
+  for (const auto& part : parts)
+    if (!options.stopping()) part();
 }
 
 }  // namespace srd::firmware

@@ -1,7 +1,8 @@
 // srd-node --doctor: looks at everything that a measurement needs, says what it found and what to do, and goes on to the
-// end whatever fails.
+// end whatever fails, unless it is told to stop.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <functional>
@@ -22,12 +23,15 @@ struct DoctorOptions {
   std::chrono::milliseconds camera_time{3000};     // for the camera's frames
   std::chrono::milliseconds answer_time{2000};     // for the host's answer
   std::uint64_t write_bytes = std::uint64_t{32} << 20;  // to the disk
+  const std::atomic<bool>* stop = nullptr;         // set: no more frames, no further part; null: never
+
+  [[nodiscard]] bool stopping() const { return stop != nullptr && stop->load(std::memory_order_relaxed); }
 };
 
 // The strobe for a camera that has started: see open_strobe.
 using OpenLight = std::function<Outcome<std::unique_ptr<Strobe>>(const Camera&)>;
 
-// The parts, in their order. Each adds at least one finding.
+// The parts, in their order. Each adds at least one finding, unless it is stopped.
 void check_camera(const NodeConfig& config, const DoctorOptions& options, Diagnosis& diagnosis);
 // The same with an instrument and a strobe of one's own.
 void check_camera(const NodeConfig& config, Instrument& instrument, const OpenLight& open_light, const DoctorOptions& options,

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "firmware/config/node_config.hpp"
+#include "firmware/service/stop_signals.hpp"
 
 namespace srd::firmware {
 
@@ -35,6 +36,7 @@ Strobe::Strobe(const StrobeSection& section, const StrobeTiming& timing, const R
       labels_(section.pattern, section.dark_difference, region) {}
 
 void Strobe::start(std::function<void()> enter) {
+  const StopSignalsBlocked blocked;
   thread_ = std::thread([this, enter = std::move(enter)] {
     // An ordinary thread's sleeps end up to 50 us late on purpose, unless it says otherwise; a real-time one's do not.
     (void)::prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL);

@@ -19,10 +19,11 @@ class NodeEnds(unittest.TestCase):
         self.bench = bench.Bench(folder.name)
         self.bench.node()
 
-    def start(self, *arguments, camera="simulator"):
+    def start(self, *arguments, camera="simulator", **more):
         process = subprocess.Popen(
             [os.environ["SRD_NODE_PROGRAM"], "--config", "flume.toml", "--camera", camera, "--rate", "camera",
-             "--state", "state", *arguments], cwd=self.bench.folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+             "--state", "state", *arguments], cwd=self.bench.folder, stderr=subprocess.PIPE, text=True,
+            **{"stdout": subprocess.DEVNULL, **more})
         self.addCleanup(process.stderr.close)
         self.addCleanup(process.kill)
         return process
@@ -40,14 +41,52 @@ class NodeEnds(unittest.TestCase):
         return process.returncode, said
 
     def test_in_order(self):
-        process = self.start()
+        for asked in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGQUIT):
+            with self.subTest(asked.name):
+                process = self.start()
+                self.wait_for_frames(process)
+                self.assertTrue(self.bench.path("state/last_end").exists())
+                process.send_signal(asked)
+                code, said = self.end(process)
+                self.assertEqual(code, 0, said)
+                self.assertIn("captured", said)
+                self.assertFalse(self.bench.path("state/last_end").exists())
+
+    def test_goes_on_without_its_terminal_under_nohup(self):
+        process = self.start(preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
         self.wait_for_frames(process)
-        self.assertTrue(self.bench.path("state/last_end").exists())
+        process.send_signal(signal.SIGHUP)
+        time.sleep(0.5)
+        self.assertIsNone(process.poll())
         process.send_signal(signal.SIGTERM)
-        code, said = self.end(process)
-        self.assertEqual(code, 0, said)
-        self.assertIn("captured", said)
-        self.assertFalse(self.bench.path("state/last_end").exists())
+        self.assertEqual(self.end(process)[0], 0)
+
+    def examining(self):
+        """The doctor, when it has the camera and the strobe."""
+        process = self.start("--doctor", stdout=subprocess.PIPE)
+        self.addCleanup(process.stdout.close)
+        line = ""
+        while "camera" not in line:
+            line = process.stdout.readline()
+            self.assertTrue(line, "it ended before it had the camera")
+        return process
+
+    def test_an_examination_in_order(self):
+        for asked in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
+            with self.subTest(asked.name):
+                process = self.examining()
+                process.send_signal(asked)
+                found, said = process.communicate(timeout=LONGEST_S)
+                self.assertEqual(process.returncode, 128 + asked, said)
+                self.assertIn("not everything", said)
+                self.assertEqual(found, "")
+
+    def test_an_examination_that_nobody_reads(self):
+        process = self.examining()
+        process.stdout.close()
+        said = process.stderr.read()
+        self.assertEqual(process.wait(LONGEST_S), 128 + signal.SIGPIPE, said)
+        self.assertIn("not everything", said)
 
     def test_at_once_when_interrupted_again(self):
         with bench.TakenPort() as port:

@@ -143,6 +143,7 @@ class DoctorLight : public ::testing::Test {
     };
     DoctorOptions options;
     options.camera_time = camera_time_;
+    options.stop = &stop_;
     check_camera(*config, *instrument, light, options, diagnosis_);
     EXPECT_FALSE(lines_.lamp.on());
     EXPECT_FALSE(lines_.trigger.on());
@@ -182,6 +183,7 @@ class DoctorLight : public ::testing::Test {
 
   DarkFlume::Lines lines_;
   std::chrono::milliseconds camera_time_{5000};  // it is used up only when nothing is found
+  std::atomic<bool> stop_{false};
   Diagnosis diagnosis_;
   double mean_ = 0;
 };
@@ -208,6 +210,25 @@ TEST_F(DoctorLight, WithoutTheStrobesLightItIsTheStrobeThatIsTold) {
     EXPECT_NE(finding.advice.find("camera.stamp"), std::string::npos) << finding.text();
   }
   EXPECT_EQ(diagnosis_.exit(), Exit::kDone);
+}
+
+// ClockId::kMonotonic: while frames are watched; kUnknown: while the pattern is looked for, which takes all the time there is.
+TEST_F(DoctorLight, ToldToStopItEndsSoonAndItsLinesAreOff) {
+  camera_time_ = std::chrono::minutes(2);
+  for (const auto& [clock, part] : {std::pair{ClockId::kMonotonic, "frames"}, {ClockId::kUnknown, "pattern"}}) {
+    stop_ = false;
+    diagnosis_ = Diagnosis();
+    const bool watched = clock == ClockId::kUnknown;
+    std::thread person([&, delay = std::chrono::milliseconds(watched ? 2000 : 500)] {
+      std::this_thread::sleep_for(delay);
+      stop_ = true;
+    });
+    const auto begin = std::chrono::steady_clock::now();
+    examine(StrobeMode::kFollow, "L", clock);
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(30));
+    person.join();
+    for (const Finding& finding : diagnosis_.findings()) EXPECT_NE(finding.subject, part) << finding.text();
+  }
 }
 
 }  // namespace
