@@ -45,10 +45,8 @@ Outcome<void> start_camera(const NodeConfig& config, Instrument& instrument) {
 // None without a host.
 Outcome<std::unique_ptr<Transmitter>> start_transmitter(const NodeConfig& config, const Camera& camera) {
   if (config.host.empty()) return std::unique_ptr<Transmitter>();
-  auto address = Address::parse(config.host, config.file.string());
-  if (!address) return address.error();
   TransmitterOptions options;
-  options.host = *address;
+  options.host = config.host;
   options.sender.from = proto::BootId{*proto::NodeId::make(config.node_id), random_boot()};
   options.sender.ring_frames = config.ring_frames;
   options.sender.ring_bytes = config.ring_frames * 600;  // a frame of 12 parameters takes 450 bytes
@@ -175,6 +173,15 @@ class NodeRun {
                  "; the measurement goes on\n");
   }
 
+  // Once for each change.
+  void watch_host() {
+    const std::string problem = transmitter_ ? transmitter_->host_problem() : std::string();
+    if (problem.empty() == !host_missed_) return;
+    host_missed_ = !problem.empty();
+    options_.say(host_missed_ ? "note      " + problem + "; it is looked up every second, and frames are kept until then\n"
+                              : std::string("host      has an address now\n"));
+  }
+
   bool deliver(const proto::CoefficientFrame& record) {
     if (!transmitter_) return true;
     return camera_.live() ? transmitter_->push(record) : transmitter_->push_waiting(record, stop_);
@@ -190,8 +197,10 @@ class NodeRun {
     if (now < next_status_) return;
     next_status_ += kStatusInterval;
     watch_recorder();
+    if (now - begin_ >= kStatusInterval) watch_host();  // a lookup takes its moment
     const proto::NodeStatus status = status_.make(loop_, recorder_.get(), strobe_.get(), 1, false);
-    service_.status(status_text(status, progress.away));
+    const bool host_unresolved = transmitter_ && !transmitter_->host_problem().empty();
+    service_.status(status_text(status, progress.away, host_unresolved));
     if (transmitter_) transmitter_->set_status(status);
   }
 
@@ -202,6 +211,7 @@ class NodeRun {
   std::unique_ptr<FrameRecorder> recorder_;
   std::unique_ptr<Strobe> strobe_;
   bool said_stopped_ = false;
+  bool host_missed_ = false;  // and said so
   Realtime& realtime_;
   const std::atomic<bool>& stop_;
   FrameLoop loop_;
@@ -251,6 +261,7 @@ std::string RunReport::text() const {
   if (recording)
     out << "recorded  " << recorded << " frames to " << recorded_to << ", " << record_dropped << " dropped"
         << (record_problem.empty() ? "" : "; stopped: " + record_problem) << "\n";
+  if (!transmitter.host_problem.empty()) out << "host      " << transmitter.host_problem << "\n";
   if (sent)
     out << "sent      " << transmitter.counts.datagrams << " datagrams, " << transmitter.counts.resent << " again, "
         << transmitter.counts.lost << " frames lost, " << transmitter.unacknowledged << " not acknowledged\n";

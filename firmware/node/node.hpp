@@ -43,8 +43,8 @@ struct RunOptions {
 };
 
 // Returns after options.frames records, at the camera's end, or soon after stop becomes true (set it from a signal
-// handler). Problem: kDevice or kInput when the camera does not start, kNetwork when there is no socket to send through,
-// and when records could not be delivered before the end.
+// handler). Problem: kDevice or kInput when the camera does not start, kUsage when the host is no HOST:PORT, kNetwork when
+// there is no socket to send through.
 [[nodiscard]] Outcome<RunReport> run_node(const NodeConfig& config, Instrument& instrument, const RunOptions& options,
                                           const std::atomic<bool>& stop);
 

@@ -62,6 +62,25 @@ TEST(Node, RecordsWhatItMeasures) {
   EXPECT_EQ(replay->surfaces, 8u);
 }
 
+TEST(Node, MeasuresWhileItsHostHasNoAddress) {
+  fakes::NotifySocket manager;
+  auto config = NodeConfig::parse(kSimulated, "node.toml");
+  ASSERT_TRUE(config.ok());
+  config->host = "flume..invalid:47810";  // two dots in a row are no name: no network is asked
+  RunOptions options;
+  options.frames = 5;
+  const std::atomic<bool> stop{false};
+  const auto report = run(*config, options, stop);
+  ASSERT_TRUE(report.ok()) << report.error().text();
+  EXPECT_EQ(report->records, 5u);
+  EXPECT_EQ(report->transmitter.unacknowledged, 5u);
+  EXPECT_NE(report->text().find("cannot resolve 'flume..invalid'"), std::string::npos) << report->text();
+  const auto said = manager.said();
+  EXPECT_TRUE(std::any_of(said.begin(), said.end(), [](const std::string& s) {
+    return s.find("the host's name has no address yet") != std::string::npos;
+  }));
+}
+
 TEST(Node, EndsInOrderWhenStopped) {
   const auto config = NodeConfig::parse(kSimulated, "node.toml");
   ASSERT_TRUE(config.ok());
