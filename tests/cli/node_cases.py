@@ -249,7 +249,7 @@ COMMAND_LINE = [
      (*RUN, "--record", "old"), USAGE, ["old/frames.csv", "a recording is there already", "--force"]),
     ("recording into a file", config(None, None), (*RUN, "--record", "flume.toml"), INPUT, ["flume.toml", "cannot be made"]),
     ("recording on a disk that is too full",
-     config("[80.0]", '[80.0]\n[record]\nfolder = "new"\nmin_free_mib = 1000000000'), RUN, INPUT,
+     config("[80.0]", '[80.0]\n[record]\nmin_free_mib = 1000000000'), (*RUN, "--record", "new"), INPUT,
      ["new", "too little room", "1000000000 MiB", "record.min_free_mib"]),
     ("state in a file", config(None, None), (*RUN, "--state", "flume.toml"), INPUT,
      ["flume.toml/last_end", "cannot keep how the node ended", "--state"]),

@@ -31,6 +31,9 @@ NOTED = [
     ("a host without an address is no fault of the configuration",
      node_cases.config('id = "bench"', 'id = "bench"\nhost = "flume..invalid:47810"'), node_cases.CHECK,
      ["note", "flume.toml", "cannot resolve 'flume..invalid'"]),
+    ("a disk that is too full for the file's recordings does not stop the measurement",
+     node_cases.config("[80.0]", '[80.0]\n[record]\nfolder = "new"\nmin_free_mib = 1000000000'), node_cases.RUN,
+     ["note", "nothing is recorded to ", "1000000000 MiB free (record.min_free_mib)", "the measurement goes on", "3 records"]),
 ]
 
 
