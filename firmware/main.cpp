@@ -66,14 +66,23 @@ srd::Outcome<void> override_config(const Arguments& arguments, srd::firmware::No
   return {};
 }
 
+// A name without an address is refused where a person waits for the end. A live camera does not wait: the network may come
+// up after the board, and the name is looked up while the node measures.
 srd::Outcome<void> check_host(const Arguments& arguments, const srd::firmware::NodeConfig& config) {
   if (config.host.empty()) return {};
   const std::string where = arguments.host.empty() ? config.file.string() : "--host";
-  auto address = srd::Address::parse(config.host, where);
-  if (!address) return address.error();
-  if (address->port() != 0) return {};
-  return srd::Problem{srd::Exit::kUsage, "no port to send to", where, "HOST:PORT with a port of 1..65535",
-                      "'" + config.host + "'", "the port of srd listen, 47810 unless it was given another"};
+  const auto host = srd::HostAndPort::parse(config.host, where);
+  if (!host) return host.error();
+  if (host->port == 0)
+    return srd::Problem{srd::Exit::kUsage, "no port to send to", where, "HOST:PORT with a port of 1..65535",
+                        "'" + config.host + "'", "the port of srd listen, 47810 unless it was given another"};
+  const bool live = config.camera && config.camera->live();
+  if (live && !arguments.check) return {};
+  const auto address = srd::Address::parse(config.host, where);
+  if (address) return {};
+  if (!arguments.check) return address.error();
+  std::fprintf(stderr, "note      %s: %s\n", where.c_str(), address.error().what.c_str());
+  return {};
 }
 
 int report_on(const srd::firmware::RunReport& report, const Arguments& arguments, const std::string& host,
@@ -86,7 +95,7 @@ int report_on(const srd::firmware::RunReport& report, const Arguments& arguments
     return fail({srd::Exit::kNetwork, "not every frame is in the host's record", host, "all acknowledged",
                  std::to_string(report.transmitter.unacknowledged) + " frames not acknowledged, " +
                      std::to_string(report.transmitter.counts.lost) + " overwritten",
-                 "is srd listen running there?"});
+                 report.transmitter.host_problem.empty() ? "is srd listen running there?" : "a numeric address, or srd-node --doctor"});
   return 0;
 }
 

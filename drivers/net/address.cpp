@@ -23,13 +23,13 @@ Problem not_an_address(std::string_view text, std::string_view where, std::strin
 
 }  // namespace
 
-Outcome<Address> Address::parse(std::string_view text, std::string_view where) {
+Outcome<HostAndPort> HostAndPort::parse(std::string_view text, std::string_view where) {
   const std::size_t colon = text.rfind(':');
   if (colon == std::string_view::npos) return not_an_address(text, where, "no port in the address");
   std::string_view host = text.substr(0, colon);
   const std::string_view port_text = text.substr(colon + 1);
-  std::uint16_t port = 0;
-  const auto [end, error] = std::from_chars(port_text.data(), port_text.data() + port_text.size(), port);
+  HostAndPort parsed;
+  const auto [end, error] = std::from_chars(port_text.data(), port_text.data() + port_text.size(), parsed.port);
   if (error != std::errc{} || end != port_text.data() + port_text.size())
     return not_an_address(text, where, "'" + std::string(port_text) + "' is not a port");
   if (host.size() >= 2 && host.front() == '[' && host.back() == ']')
@@ -37,24 +37,40 @@ Outcome<Address> Address::parse(std::string_view text, std::string_view where) {
   else if (host.find(':') != std::string_view::npos)
     return not_an_address(text, where, "an IPv6 address without brackets");
   if (host.empty()) return not_an_address(text, where, "no host in the address");
+  parsed.host = host;
+  return parsed;
+}
 
+Outcome<Address> Address::parse(std::string_view text, std::string_view where) {
+  const auto parsed = HostAndPort::parse(text, where);
+  if (!parsed) return parsed.error();
+  Address address;
+  if (const int failure = address.look_up(*parsed, 0); failure != 0)
+    return Problem{.exit = Exit::kNetwork,
+                   .what = "cannot resolve '" + parsed->host + "': " + ::gai_strerror(failure),
+                   .where = std::string(where),
+                   .advice = "a numeric address, or check the name and the network"};
+  return address;
+}
+
+std::optional<Address> Address::numeric(const HostAndPort& of) {
+  Address address;
+  if (address.look_up(of, AI_NUMERICHOST) != 0) return std::nullopt;
+  return address;
+}
+
+int Address::look_up(const HostAndPort& of, int flags) {
   addrinfo hints{};
   hints.ai_family = AF_UNSPEC;
   hints.ai_socktype = SOCK_DGRAM;
+  hints.ai_flags = flags | AI_NUMERICSERV;
   addrinfo* found = nullptr;
-  const std::string name(host), service(port_text);
-  const int failure = ::getaddrinfo(name.c_str(), service.c_str(), &hints, &found);
-  if (failure != 0)
-    return Problem{.exit = Exit::kNetwork,
-                   .what = "cannot resolve '" + name + "': " + ::gai_strerror(failure),
-                   .where = std::string(where),
-                   .advice = "a numeric address, or check the name and the network"};
+  if (const int failure = ::getaddrinfo(of.host.c_str(), std::to_string(of.port).c_str(), &hints, &found); failure != 0)
+    return failure;
   const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> owner(found, &::freeaddrinfo);
-  Address address;
-  std::copy_n(reinterpret_cast<const char*>(found->ai_addr), found->ai_addrlen,
-              reinterpret_cast<char*>(&address.storage_));
-  address.size_ = found->ai_addrlen;
-  return address;
+  std::copy_n(reinterpret_cast<const char*>(found->ai_addr), found->ai_addrlen, reinterpret_cast<char*>(&storage_));
+  size_ = found->ai_addrlen;
+  return 0;
 }
 
 std::string Address::text() const {

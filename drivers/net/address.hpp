@@ -4,6 +4,7 @@
 #include <sys/socket.h>
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -11,13 +12,23 @@
 
 namespace srd {
 
+// The two parts of such a text. No name is looked up.
+struct HostAndPort {
+  std::string host;  // IPv6 without its brackets
+  std::uint16_t port = 0;
+  // kUsage for a text that is no HOST:PORT. where: what the text came from ("--bind", "node.toml:12"), for the Problem.
+  [[nodiscard]] static Outcome<HostAndPort> parse(std::string_view text, std::string_view where);
+};
+
 // A socket address, IPv4 or IPv6.
 class Address {
  public:
   Address() = default;
-  // Resolves names. kUsage for a text that is no HOST:PORT, kNetwork for a name that cannot be resolved.
-  // where: what the text came from ("--bind", "node.toml:12"), for the Problem.
+  // Resolves names, which may block for many seconds. kUsage for a text that is no HOST:PORT, kNetwork for a name that cannot
+  // be resolved.
   [[nodiscard]] static Outcome<Address> parse(std::string_view text, std::string_view where);
+  // Nothing for a name: never waits.
+  [[nodiscard]] static std::optional<Address> numeric(const HostAndPort& of);
 
   [[nodiscard]] std::string text() const;  // numeric, as parse takes it
   [[nodiscard]] std::uint16_t port() const;
@@ -32,6 +43,9 @@ class Address {
   friend bool operator==(const Address& a, const Address& b);
 
  private:
+  // 0, or an error of getaddrinfo.
+  [[nodiscard]] int look_up(const HostAndPort& of, int flags);
+
   sockaddr_storage storage_{};
   socklen_t size_ = 0;
 };

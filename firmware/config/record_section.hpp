@@ -10,8 +10,8 @@ namespace srd::firmware {
 
 struct RecordSection {
   std::filesystem::path folder;  // empty: nothing is recorded
-  // The file names where recordings go: a folder that holds one is passed over for FOLDER-2, FOLDER-3, .. . The command
-  // line names the folder itself.
+  // The file names where recordings go: a folder that holds one is passed over for FOLDER-2, FOLDER-3, .. , and a disk that
+  // takes none does not stop the measurement. The command line names the folder itself.
   bool may_count = true;
   bool force = false;             // replace a recording that is there
   std::size_t queue_frames = 64;  // between the frame loop and the disk, each as large as an image

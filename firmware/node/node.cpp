@@ -45,10 +45,8 @@ Outcome<void> start_camera(const NodeConfig& config, Instrument& instrument) {
 // None without a host.
 Outcome<std::unique_ptr<Transmitter>> start_transmitter(const NodeConfig& config, const Camera& camera) {
   if (config.host.empty()) return std::unique_ptr<Transmitter>();
-  auto address = Address::parse(config.host, config.file.string());
-  if (!address) return address.error();
   TransmitterOptions options;
-  options.host = *address;
+  options.host = config.host;
   options.sender.from = proto::BootId{*proto::NodeId::make(config.node_id), random_boot()};
   options.sender.ring_frames = config.ring_frames;
   options.sender.ring_bytes = config.ring_frames * 600;  // a frame of 12 parameters takes 450 bytes
@@ -56,9 +54,7 @@ Outcome<std::unique_ptr<Transmitter>> start_transmitter(const NodeConfig& config
   return Transmitter::start(options);
 }
 
-// None without a folder.
 Outcome<std::unique_ptr<FrameRecorder>> start_recorder(const NodeConfig& config, const Instrument& instrument) {
-  if (config.record.folder.empty()) return std::unique_ptr<FrameRecorder>();
   std::error_code error;
   if (config.camera->kind == "recording" &&
       std::filesystem::equivalent(config.camera->argument, config.record.folder, error))
@@ -67,18 +63,49 @@ Outcome<std::unique_ptr<FrameRecorder>> start_recorder(const NodeConfig& config,
   return FrameRecorder::start(config.record, instrument.rig, instrument.camera->width(), instrument.camera->height());
 }
 
+struct RunRecording {
+  std::filesystem::path folder;  // empty: none is asked for
+  std::unique_ptr<FrameRecorder> recorder;
+  std::string refusal;           // why there is no recorder for the folder
+};
+
+// A disk that takes no recording ends the run of a person who asked for one by hand. Where the file asks at every start the
+// measurement goes on without, as it does when the disk fills up later.
+Outcome<RunRecording> start_recording(const NodeConfig& config, const Instrument& instrument) {
+  RunRecording recording{config.record.folder, nullptr, {}};
+  if (recording.folder.empty()) return recording;
+  auto recorder = start_recorder(config, instrument);
+  if (recorder) {
+    recording.folder = (*recorder)->folder();
+    recording.recorder = std::move(*recorder);
+  } else {
+    const Problem& problem = recorder.error();
+    if (!config.record.may_count || problem.exit != Exit::kInput) return problem;
+    recording.refusal = problem.what + ": " + problem.found;
+    if (!problem.expected.empty()) recording.refusal += ", expected " + problem.expected;
+  }
+  return recording;
+}
+
+std::string text_of(const RunRecording& recording) {
+  if (recording.folder.empty()) return {};
+  if (recording.recorder) return "recording " + recording.folder.string() + "\n";
+  return "note      nothing is recorded to " + recording.folder.string() + ": " + recording.refusal +
+         "; the measurement goes on\n";
+}
+
 // A started camera, its frame loop in two threads, and this thread that watches them.
 class NodeRun {
  public:
   // period_ns: between two frames, as FrameWatchdog has it.
   NodeRun(Instrument& instrument, const RunOptions& options, std::int64_t period_ns,
-          std::unique_ptr<Transmitter> transmitter, std::unique_ptr<FrameRecorder> recorder, std::unique_ptr<Strobe> strobe,
+          std::unique_ptr<Transmitter> transmitter, RunRecording recording, std::unique_ptr<Strobe> strobe,
           Realtime& realtime, const std::atomic<bool>& stop)
       : camera_(*instrument.camera),
         tracker_(*instrument.tracker),
         options_(options),
         transmitter_(std::move(transmitter)),
-        recorder_(std::move(recorder)),
+        recording_(std::move(recording)),
         strobe_(std::move(strobe)),
         realtime_(realtime),
         stop_(stop),
@@ -120,7 +147,7 @@ class NodeRun {
     if (strobe_) strobe_->stop();
     service_.stopping();
     camera_.stop();
-    if (recorder_) recorder_->finish();
+    if (recording_.recorder) recording_.recorder->finish();
     watch_recorder();
   }
 
@@ -145,17 +172,18 @@ class NodeRun {
     report.major_faults = loop_.capture_faults().major() + loop_.process_faults().major();
     report.seconds = std::chrono::duration<double>(Clock::now() - begin_).count();
     if (strobe_) report.strobe = strobe_->report();
-    if (recorder_) {
-      report.recording = true;
-      report.recorded_to = recorder_->folder().string();
-      report.recorded = recorder_->recorded();
-      report.record_dropped = recorder_->dropped();
-      report.record_problem = recorder_->problem();
+    report.recording = !recording_.folder.empty();
+    report.recorded_to = recording_.folder.string();
+    report.record_problem = recording_.refusal;
+    if (const FrameRecorder* recorder = recording_.recorder.get(); recorder != nullptr) {
+      report.recorded = recorder->recorded();
+      report.record_dropped = recorder->dropped();
+      report.record_problem = recorder->problem();
     }
     if (transmitter_) {
       report.sent = true;
-      transmitter_->set_status(
-          StatusMaker(options_.version, options_.restart).make(loop_, recorder_.get(), strobe_.get(), std::max(report.seconds, 1e-3), true));
+      StatusMaker whole_run(options_.version, options_.restart);
+      transmitter_->set_status(status_by(whole_run, std::max(report.seconds, 1e-3), true));
       report.transmitter = transmitter_->finish();
     }
     return report;
@@ -165,16 +193,32 @@ class NodeRun {
   using Clock = std::chrono::steady_clock;
 
   SeeFrame see() {
-    if (!recorder_) return {};
-    return [this, wait = !camera_.live()](const CameraFrame& frame) { recorder_->take(frame, wait); };
+    if (!recording_.recorder) return {};
+    return [to = recording_.recorder.get(), wait = !camera_.live()](const CameraFrame& frame) { to->take(frame, wait); };
   }
 
   // Said when it happens: nobody should learn it at the end.
   void watch_recorder() {
-    if (!recorder_ || !recorder_->stopped() || said_stopped_) return;
+    const FrameRecorder* recorder = recording_.recorder.get();
+    if (recorder == nullptr || !recorder->stopped() || said_stopped_) return;
     said_stopped_ = true;
-    options_.say("note      recording to " + recorder_->folder().string() + " has stopped: " + recorder_->problem() +
+    options_.say("note      recording to " + recorder->folder().string() + " has stopped: " + recorder->problem() +
                  "; the measurement goes on\n");
+  }
+
+  proto::NodeStatus status_by(StatusMaker& maker, double seconds, bool stopping) {
+    proto::NodeStatus status = maker.make(loop_, recording_.recorder.get(), strobe_.get(), seconds, stopping);
+    if (!recording_.refusal.empty()) status.recording = proto::RecordState::kStopped;
+    return status;
+  }
+
+  // Once for each change.
+  void watch_host() {
+    const std::string problem = transmitter_ ? transmitter_->host_problem() : std::string();
+    if (problem.empty() == !host_missed_) return;
+    host_missed_ = !problem.empty();
+    options_.say(host_missed_ ? "note      " + problem + "; it is looked up every second, and frames are kept until then\n"
+                              : std::string("host      has an address now\n"));
   }
 
   bool deliver(const proto::CoefficientFrame& record) {
@@ -196,8 +240,10 @@ class NodeRun {
     if (now < next_status_) return;
     next_status_ += kStatusInterval;
     watch_recorder();
-    const proto::NodeStatus status = status_.make(loop_, recorder_.get(), strobe_.get(), 1, false);
-    service_.status(status_text(status, progress.away));
+    if (now - begin_ >= kStatusInterval) watch_host();  // a lookup takes its moment
+    const proto::NodeStatus status = status_by(status_, 1, false);
+    const bool host_unresolved = transmitter_ && !transmitter_->host_problem().empty();
+    service_.status(status_text(status, progress.away, host_unresolved));
     if (transmitter_) transmitter_->set_status(status);
   }
 
@@ -205,9 +251,10 @@ class NodeRun {
   dsp::SurfaceTracker<float>& tracker_;
   const RunOptions& options_;
   std::unique_ptr<Transmitter> transmitter_;
-  std::unique_ptr<FrameRecorder> recorder_;
+  RunRecording recording_;
   std::unique_ptr<Strobe> strobe_;
   bool said_stopped_ = false;
+  bool host_missed_ = false;  // and said so
   Realtime& realtime_;
   const std::atomic<bool>& stop_;
   FrameLoop loop_;
@@ -229,14 +276,14 @@ Outcome<RunReport> run_node(const NodeConfig& config, Instrument& instrument, co
   options.say(instrument.camera->summary());
   auto transmitter = start_transmitter(config, *instrument.camera);
   if (!transmitter) return transmitter.error();
-  auto recorder = start_recorder(config, instrument);
-  if (!recorder) return recorder.error();
-  if (*recorder) options.say("recording " + (*recorder)->folder().string() + "\n");
+  auto recording = start_recording(config, instrument);
+  if (!recording) return recording.error();
+  if (const std::string lines = text_of(*recording); !lines.empty()) options.say(lines);
   auto strobe = open_strobe(config, *instrument.camera);
   if (!strobe) return strobe.error();
   const bool paced = instrument.camera->live() && !config.live.trigger_input && config.frame_rate_hz > 0;
   const std::int64_t period_ns = paced ? static_cast<std::int64_t>(1e9 / config.frame_rate_hz) : 0;
-  NodeRun run(instrument, options, period_ns, std::move(*transmitter), std::move(*recorder), std::move(*strobe), realtime, stop);
+  NodeRun run(instrument, options, period_ns, std::move(*transmitter), std::move(*recording), std::move(*strobe), realtime, stop);
   run.measure();
   return run.report();
 }
@@ -259,6 +306,7 @@ std::string RunReport::text() const {
   if (recording)
     out << "recorded  " << recorded << " frames to " << recorded_to << ", " << record_dropped << " dropped"
         << (record_problem.empty() ? "" : "; stopped: " + record_problem) << "\n";
+  if (!transmitter.host_problem.empty()) out << "host      " << transmitter.host_problem << "\n";
   if (sent)
     out << "sent      " << transmitter.counts.datagrams << " datagrams, " << transmitter.counts.resent << " again, "
         << transmitter.counts.lost << " frames lost, " << transmitter.unacknowledged << " not acknowledged\n";

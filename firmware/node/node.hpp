@@ -24,7 +24,7 @@ struct RunReport {
   // Of the capturing and the processing thread, after their first frames.
   std::uint64_t minor_faults = 0, major_faults = 0;
   bool recording = false;       // frames were kept on disk
-  std::string recorded_to, record_problem;  // the folder; why it ended before the run did, empty: it did not
+  std::string recorded_to, record_problem;  // the folder; why it ended before the run did or never began, else empty
   std::uint64_t recorded = 0, record_dropped = 0;
   StrobeReport strobe;
   bool sent = false;  // whether there was a host to send to
@@ -43,8 +43,8 @@ struct RunOptions {
 };
 
 // Returns after options.frames records, at the camera's end, or soon after stop becomes true (set it from a signal
-// handler). Problem: kDevice or kInput when the camera does not start, kNetwork when there is no socket to send through,
-// and when records could not be delivered before the end.
+// handler). Problem: kDevice or kInput when the camera does not start, kUsage when the host is no HOST:PORT, kNetwork when
+// there is no socket to send through, kInput when config.record.may_count is false and the disk takes no recording.
 [[nodiscard]] Outcome<RunReport> run_node(const NodeConfig& config, Instrument& instrument, const RunOptions& options,
                                           const std::atomic<bool>& stop);
 

@@ -54,11 +54,12 @@ proto::NodeStatus StatusMaker::make(const FrameLoop& loop, const FrameRecorder* 
   return status;
 }
 
-std::string status_text(const proto::NodeStatus& status, bool camera_away) {
+std::string status_text(const proto::NodeStatus& status, bool camera_away, bool host_unresolved) {
   std::ostringstream out;
   out.precision(3);
   out << (camera_away ? "camera is away, being called" : proto::to_string(status.state)) << ", " << status.capture_hz
       << " frames/s, dropped " << status.dropped_by_source << " by the source, " << status.dropped_late << " late";
+  if (host_unresolved) out << ", the host's name has no address yet";
   if (std::isfinite(status.temperature_c)) out << ", " << status.temperature_c << " C";
   if ((status.throttled & proto::Throttled::kNow) != 0) out << ", " << proto::throttled_text(status.throttled);
   if (status.strobe_late > 0) out << ", " << status.strobe_late << " pulses late";

@@ -11,24 +11,29 @@ namespace {
 
 constexpr std::chrono::milliseconds kTurn{2};
 constexpr int kMostPerTurn = 32;  // datagrams: a burst that the host's socket buffer holds
-constexpr std::int64_t kReconnect = 1'000'000'000;
+constexpr std::chrono::seconds kAgain{1};  // between two tries to reach the host, or to learn its address
+constexpr std::int64_t kReconnect = std::chrono::nanoseconds(kAgain).count();
 
 }  // namespace
 
 Transmitter::Transmitter(const TransmitterOptions& options)
-    : host_(options.host), sender_(options.sender), frames_(options.queue_frames), statuses_(4) {}
+    : sender_(options.sender), frames_(options.queue_frames), statuses_(4) {}
 
 Outcome<std::unique_ptr<Transmitter>> Transmitter::start(const TransmitterOptions& options) {
+  const auto host = HostAndPort::parse(options.host, {});
+  if (!host) return host.error();
   std::unique_ptr<Transmitter> made(new Transmitter(options));
-  // Binding to no address shows whether this system has the address family at all.
-  auto socket = UdpSocket::connect(options.host);
-  if (socket.ok()) {
+  const StopSignalsBlocked blocked;
+  made->host_ = Address::numeric(*host);
+  if (!made->host_) {
+    made->lookup_.emplace(options.host, options.resolve, kAgain);
+  } else if (auto socket = UdpSocket::connect(*made->host_); socket.ok()) {
     made->socket_.emplace(std::move(*socket));
   } else {
-    const auto any = Address::parse(options.host.family() == AF_INET6 ? "[::]:0" : "0.0.0.0:0", "");
+    // Binding to no address shows whether this system has the address family at all.
+    const auto any = Address::parse(made->host_->family() == AF_INET6 ? "[::]:0" : "0.0.0.0:0", {});
     if (!any.ok() || !UdpSocket::bind(*any).ok()) return socket.error();
   }
-  const StopSignalsBlocked blocked;
   made->thread_ = std::thread([transmitter = made.get()] { transmitter->run(); });
   return made;
 }
@@ -56,7 +61,7 @@ TransmitterReport Transmitter::finish() {
   // Records that a full ring never took are as good as unacknowledged.
   std::uint64_t queued = 0;
   for (; frames_.front() != nullptr; frames_.pop()) ++queued;
-  return {sender_.counts(), sender_.unacknowledged() + queued, frames_.overflow(), ever_heard_};
+  return {sender_.counts(), sender_.unacknowledged() + queued, frames_.overflow(), ever_heard_, host_problem()};
 }
 
 void Transmitter::run() {
@@ -78,9 +83,11 @@ void Transmitter::run() {
 }
 
 void Transmitter::connect(std::int64_t now) {
+  if (!host_) host_ = lookup_->address();
+  if (!host_) return;
   if (tried_ns_ != 0 && now - tried_ns_ < kReconnect) return;
   tried_ns_ = now;
-  if (auto socket = UdpSocket::connect(host_); socket.ok()) socket_.emplace(std::move(*socket));
+  if (auto socket = UdpSocket::connect(*host_); socket.ok()) socket_.emplace(std::move(*socket));
 }
 
 void Transmitter::take_records(std::int64_t now) {

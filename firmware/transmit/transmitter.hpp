@@ -1,14 +1,18 @@
 // The thread that delivers a node's records: takes them from the frame loop through a ring, keeps them until the host has
-// them (sender.hpp) and drives one UDP socket. Nothing is allocated between start and finish while the network is there.
+// them (sender.hpp) and drives one UDP socket. Nothing is allocated between start and finish while the network is there and
+// the host has an address.
 #pragma once
 
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <string>
 #include <thread>
 
 #include "drivers/net/udp_socket.hpp"
 #include "dsp/core/spsc_ring.hpp"
+#include "firmware/transmit/host_lookup.hpp"
 #include "firmware/transmit/sender.hpp"
 #include "proto/messages.hpp"
 
@@ -16,7 +20,8 @@ namespace srd::firmware {
 
 struct TransmitterOptions {
   SenderOptions sender{};         // overwrite = false for sources that can wait: then use push_waiting
-  Address host{};
+  std::string host{};             // HOST:PORT; a name is looked up until it has an address
+  HostLookup::Resolve resolve = Address::parse;
   std::size_t queue_frames = 64;  // between the frame loop and this thread
 };
 
@@ -25,12 +30,13 @@ struct TransmitterReport {
   std::uint64_t unacknowledged = 0;  // kept and not in the host's record
   std::uint64_t dropped = 0;         // records that found the queue full
   bool host_heard = false;           // ever
+  std::string host_problem{};        // why there was no address to send to; empty: there was one
 };
 
 class Transmitter {
  public:
-  // Starts the thread. A network that is not there yet is tried again every second; kNetwork when there is no socket at all
-  // for this kind of address.
+  // Starts the thread. A network that is not there yet, and a name that has no address yet, are tried again every second.
+  // kUsage when the host is no HOST:PORT, kNetwork when there is no socket at all for this kind of address.
   [[nodiscard]] static Outcome<std::unique_ptr<Transmitter>> start(const TransmitterOptions& options);
   Transmitter(const Transmitter&) = delete;
   Transmitter& operator=(const Transmitter&) = delete;
@@ -51,6 +57,8 @@ class Transmitter {
   // --- any thread ---
   [[nodiscard]] bool host_heard() const { return host_heard_.load(std::memory_order_relaxed); }  // within the last second
   [[nodiscard]] std::uint64_t unacknowledged() const { return unacknowledged_.load(std::memory_order_relaxed); }
+  // Why the host's name has no address yet; empty: there is one.
+  [[nodiscard]] std::string host_problem() const { return lookup_ ? lookup_->problem() : std::string(); }
 
  private:
   explicit Transmitter(const TransmitterOptions& options);
@@ -60,7 +68,8 @@ class Transmitter {
   void send_due(std::int64_t now);
   void receive(std::int64_t now);
 
-  Address host_;
+  std::optional<Address> host_;
+  std::optional<HostLookup> lookup_;  // of a name
   Sender sender_;
   SpscRing<proto::CoefficientFrame> frames_;
   SpscRing<proto::NodeStatus> statuses_;

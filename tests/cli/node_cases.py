@@ -234,6 +234,9 @@ COMMAND_LINE = [
     # Two dots in a row are no name: this needs no network to be refused.
     ("host that has no address", config(None, None), (*RUN, "--host", "flume..invalid:47810"), NETWORK,
      ["--host", "cannot resolve 'flume..invalid'"]),
+    ("host that has no address, of a live camera that starts without it",
+     lambda b: live(V4L2)(b) or b.spoil("flume.toml", 'id = "bench"', 'id = "bench"\nhost = "flume..invalid:47810"'),
+     RUN, DEVICE, ["/dev/no-such-camera", "no such camera"]),
     ("bad host in the file", config('id = "bench"', 'id = "bench"\nhost = "127.0.0.1"'), CHECK, USAGE,
      ["flume.toml", "no port", "HOST:PORT"]),
     ("nobody listens", config(None, None), (*RUN, "--frames", "2", "--host", "127.0.0.1:{taken_port}"), NETWORK,
@@ -246,7 +249,7 @@ COMMAND_LINE = [
      (*RUN, "--record", "old"), USAGE, ["old/frames.csv", "a recording is there already", "--force"]),
     ("recording into a file", config(None, None), (*RUN, "--record", "flume.toml"), INPUT, ["flume.toml", "cannot be made"]),
     ("recording on a disk that is too full",
-     config("[80.0]", '[80.0]\n[record]\nfolder = "new"\nmin_free_mib = 1000000000'), RUN, INPUT,
+     config("[80.0]", '[80.0]\n[record]\nmin_free_mib = 1000000000'), (*RUN, "--record", "new"), INPUT,
      ["new", "too little room", "1000000000 MiB", "record.min_free_mib"]),
     ("state in a file", config(None, None), (*RUN, "--state", "flume.toml"), INPUT,
      ["flume.toml/last_end", "cannot keep how the node ended", "--state"]),

@@ -26,6 +26,16 @@ GOOD = [
     ("srd compare", host_cases.tables, host_cases.COMPARE),
 ]
 
+# What is only noted: the words.
+NOTED = [
+    ("a host without an address is no fault of the configuration",
+     node_cases.config('id = "bench"', 'id = "bench"\nhost = "flume..invalid:47810"'), node_cases.CHECK,
+     ["note", "flume.toml", "cannot resolve 'flume..invalid'"]),
+    ("a disk that is too full for the file's recordings does not stop the measurement",
+     node_cases.config("[80.0]", '[80.0]\n[record]\nfolder = "new"\nmin_free_mib = 1000000000'), node_cases.RUN,
+     ["note", "nothing is recorded to ", "1000000000 MiB free (record.min_free_mib)", "the measurement goes on", "3 records"]),
+]
+
 
 def faults(before, after, done, code, parts):
     """What a person would complain about."""
@@ -70,6 +80,16 @@ class WrongInput(unittest.TestCase):
                 build(place)
                 done = place.run(arguments)
                 self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_what_is_only_noted(self):
+        for name, build, arguments, parts in NOTED:
+            with self.subTest(name), tempfile.TemporaryDirectory() as folder:
+                place = bench.Bench(folder)
+                build(place)
+                done = place.run(arguments)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                for part in parts:
+                    self.assertIn(part, done.stderr)
 
 
 if __name__ == "__main__":

@@ -36,6 +36,21 @@ TEST(Address, SaysWhatIsWrong) {
   }
 }
 
+TEST(Address, KnowsNumbersFromNamesWithoutALookup) {
+  for (const char* text : {"10.1.2.3:47810", "[::1]:47810"}) {
+    const auto host = HostAndPort::parse(text, "test");
+    ASSERT_TRUE(host.ok()) << text;
+    const auto address = Address::numeric(*host);
+    ASSERT_TRUE(address.has_value()) << text;
+    EXPECT_EQ(address->text(), text);
+  }
+  const auto name = HostAndPort::parse("localhost:47810", "test");
+  ASSERT_TRUE(name.ok());
+  EXPECT_EQ(name->host, "localhost");
+  EXPECT_EQ(name->port, 47810);
+  EXPECT_FALSE(Address::numeric(*name).has_value());
+}
+
 TEST(UdpSocket, CarriesDatagramsBothWays) {
   for (const char* text : {"127.0.0.1:0", "[::1]:0"}) {
     auto host = UdpSocket::bind(address_of(text));

@@ -62,6 +62,56 @@ TEST(Node, RecordsWhatItMeasures) {
   EXPECT_EQ(replay->surfaces, 8u);
 }
 
+TEST(Node, MeasuresOnADiskThatTakesNoRecording) {
+  const fakes::ScratchFolder scratch;
+  scratch.write("file", "");
+  auto config = NodeConfig::parse(kSimulated, "node.toml");
+  ASSERT_TRUE(config.ok());
+  const RecordSection full{.folder = scratch.path() / "rec", .min_free_mib = std::uint64_t{1} << 40};
+  const RecordSection nowhere{.folder = scratch.path() / "file/rec", .min_free_mib = 0};
+  for (const RecordSection& section : {full, nowhere}) {
+    fakes::NotifySocket manager;
+    config->record = section;
+    std::string said;
+    RunOptions options;
+    options.frames = 3;
+    options.say = [&](const std::string& lines) { said += lines; };
+    const std::atomic<bool> stop{false};
+    const auto report = run(*config, options, stop);
+    ASSERT_TRUE(report.ok()) << report.error().text();
+    EXPECT_EQ(report->records, 3u);
+    EXPECT_NE(said.find("the measurement goes on"), std::string::npos) << said;
+    EXPECT_NE(report->text().find("recorded  0 frames"), std::string::npos) << report->text();
+    EXPECT_FALSE(report->record_problem.empty());
+    const auto statuses = manager.said();
+    EXPECT_TRUE(std::any_of(statuses.begin(), statuses.end(),
+                            [](const std::string& s) { return s.find("recording stopped") != std::string::npos; }));
+    config->record.may_count = false;  // by hand
+    const auto refused = run(*config, options, stop);
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.error().exit, Exit::kInput);
+  }
+}
+
+TEST(Node, MeasuresWhileItsHostHasNoAddress) {
+  fakes::NotifySocket manager;
+  auto config = NodeConfig::parse(kSimulated, "node.toml");
+  ASSERT_TRUE(config.ok());
+  config->host = "flume..invalid:47810";  // two dots in a row are no name: no network is asked
+  RunOptions options;
+  options.frames = 5;
+  const std::atomic<bool> stop{false};
+  const auto report = run(*config, options, stop);
+  ASSERT_TRUE(report.ok()) << report.error().text();
+  EXPECT_EQ(report->records, 5u);
+  EXPECT_EQ(report->transmitter.unacknowledged, 5u);
+  EXPECT_NE(report->text().find("cannot resolve 'flume..invalid'"), std::string::npos) << report->text();
+  const auto said = manager.said();
+  EXPECT_TRUE(std::any_of(said.begin(), said.end(), [](const std::string& s) {
+    return s.find("the host's name has no address yet") != std::string::npos;
+  }));
+}
+
 TEST(Node, EndsInOrderWhenStopped) {
   const auto config = NodeConfig::parse(kSimulated, "node.toml");
   ASSERT_TRUE(config.ok());

@@ -53,7 +53,7 @@ std::unique_ptr<firmware::Transmitter> start_node(const char* name, std::uint64_
   firmware::TransmitterOptions options;
   options.sender.from = {*proto::NodeId::make(name), boot};
   options.sender.overwrite = overwrite;
-  options.host = host;
+  options.host = host.text();
   auto transmitter = firmware::Transmitter::start(options);
   EXPECT_TRUE(transmitter.ok());
   return std::move(*transmitter);

@@ -1,0 +1,37 @@
+// The host's address, looked up in a thread of its own: a name is known only when the network is up, which may be later than
+// the board, and a lookup that nobody answers blocks for many seconds, for which neither sending nor stopping waits.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "drivers/net/address.hpp"
+
+namespace srd::firmware {
+
+class HostLookup {
+ public:
+  using Resolve = std::function<Outcome<Address>(std::string_view text, std::string_view where)>;
+
+  // Asks resolve (Address::parse, another in tests) for host until there is an address, with this pause in between.
+  HostLookup(const std::string& host, const Resolve& resolve, std::chrono::milliseconds pause);
+  HostLookup(const HostLookup&) = delete;
+  HostLookup& operator=(const HostLookup&) = delete;
+  // Does not wait: the thread ends by itself after the lookup that is under way.
+  ~HostLookup();
+
+  // --- any thread ---
+  [[nodiscard]] std::optional<Address> address() const;
+  // Why there is no address yet; empty: there is one.
+  [[nodiscard]] std::string problem() const;
+
+ private:
+  struct Answer;
+  std::shared_ptr<Answer> answer_;  // with the thread, which may live longer
+};
+
+}  // namespace srd::firmware
