@@ -6,6 +6,7 @@
 #include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -93,6 +94,8 @@ Realtime::Realtime(const RealtimeSection& section, bool live, const RealtimeCall
 void Realtime::prepare() {
   if (!active_ || !section_.lock_memory) return;
   (void)::mallopt(M_ARENA_MAX, 1);
+  // Huge pages are made later, of pages that are in use, locked ones too: whoever touches them meanwhile faults and waits.
+  (void)::prctl(PR_SET_THP_DISABLE, 1, 0, 0, 0);
   pthread_attr_t attributes;
   if (::pthread_attr_init(&attributes) != 0) return;
   if (::pthread_attr_setstacksize(&attributes, kStackBytes) == 0) (void)::pthread_setattr_default_np(&attributes);

@@ -30,7 +30,7 @@ class Realtime {
   // live: the camera does not wait. For others nothing is done unless the file has [realtime].
   Realtime(const RealtimeSection& section, bool live, const RealtimeCalls& calls = system_calls());
 
-  // Before any thread starts: stacks small enough to be locked, one heap for all threads.
+  // Before any thread starts: stacks small enough to be locked, one heap for all threads, no huge pages.
   void prepare();
   // First thing in a thread: stack touched, priority and CPUs set.
   void enter(ThreadRole role);
