@@ -69,7 +69,7 @@ int DurableRecording::add(std::span<const std::uint8_t> pixels, int width, int h
                           const RecordedFrame& frame) noexcept {
   if (lost_ != 0) return lost_;
   std::array<char, 32> name;
-  std::snprintf(name.data(), name.size(), "frame_%06" PRIu64 ".pgm", written_);
+  std::snprintf(name.data(), name.size(), "frame_%06" PRIu64 ".pgm", listed_ + unlisted_);
   const UniqueFd file(::openat(directory_.get(), name.data(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
   if (!file.valid()) return errno;
   std::array<char, 32> header;
@@ -87,7 +87,6 @@ int DurableRecording::add(std::span<const std::uint8_t> pixels, int width, int h
       std::snprintf(row.data(), row.size(), "%s,%" PRIu64 ",%" PRId64 ",%" PRIu32 ",%d\n", name.data(), frame.sequence,
                     frame.time_ns, frame.exposure_us, static_cast<int>(frame.strobe));
   rows_.append(row.data(), static_cast<std::size_t>(row_bytes));
-  ++written_;
   ++unlisted_;
   return 0;
 }

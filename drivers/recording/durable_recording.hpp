@@ -40,7 +40,7 @@ class DurableRecording {
   std::filesystem::path folder_;
   UniqueFd directory_, listing_;
   std::string rows_;  // of images that are not on the disk yet
-  std::uint64_t written_ = 0, listed_ = 0, unlisted_ = 0;
+  std::uint64_t listed_ = 0, unlisted_ = 0;  // together all images, which are numbered so
   Barrier barrier_ = nullptr;
   int lost_ = 0;  // errno of a barrier that failed
   std::int64_t listing_bytes_ = 0;
