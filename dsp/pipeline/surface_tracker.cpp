@@ -8,7 +8,7 @@
 namespace srd::dsp {
 
 namespace {
-constexpr std::int32_t kUsualBlurQ12 = 4096;  // 1 px, until a corner tells better
+constexpr std::int32_t kUsualBlurQ12 = CornerShape{}.blur_q12;  // until a corner tells better
 constexpr int kMaxDetections = 4000;
 constexpr int kPatience = 25;  // frames without a surface after which the last one says nothing any more
 }  // namespace
