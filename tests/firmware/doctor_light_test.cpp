@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "firmware/doctor/doctor.hpp"
+#include "tests/fakes/live_camera.hpp"
 
 namespace srd::firmware {
 namespace {
@@ -61,13 +62,13 @@ class SwitchedLine final : public OutputLine {
 };
 
 // A live camera: what it sees where the lamp shone in its exposure, else black. It runs by itself, or by its trigger.
-class DarkFlume final : public Camera {
+class DarkFlume final : public fakes::LiveCamera {
  public:
   struct Lines {
     Switch lamp, trigger;
   };
   DarkFlume(int width, int height, std::vector<std::uint8_t> lit, Lines& lines, bool triggered, ClockId clock)
-      : width_(width), height_(height), lit_(std::move(lit)), dark_(lit_.size(), 2), lines_(lines), triggered_(triggered),
+      : LiveCamera(width, height), lit_(std::move(lit)), dark_(lit_.size(), 2), lines_(lines), triggered_(triggered),
         stamps_(clock) {}
   Outcome<void> start() override {
     next_ns_ = clock_.now_ns();
@@ -88,18 +89,12 @@ class DarkFlume final : public Camera {
     }
     clock_.sleep_until(begin + kExposure + kReadout);
     frame = {};
-    frame.image = {(lines_.lamp.rose(begin, begin + kExposure) ? lit_ : dark_).data(), width_, height_, width_};
+    frame.image = {(lines_.lamp.rose(begin, begin + kExposure) ? lit_ : dark_).data(), width(), height(), width()};
     frame.sequence = sequence_++;
     frame.time_ns = begin + kExposure / 2;
     frame.clock = stamps_;
     return Capture::kFrame;
   }
-  void give_back(const CameraFrame&) noexcept override {}
-  void stop() noexcept override {}
-  int width() const override { return width_; }
-  int height() const override { return height_; }
-  int buffer_count() const override { return 4; }
-  bool live() const override { return true; }
   FrameTiming timing() const override {
     FrameTiming timing;
     timing.exposure_ns = kExposure;
@@ -108,7 +103,6 @@ class DarkFlume final : public Camera {
 
  private:
   SystemStrobeClock clock_;
-  int width_, height_;
   std::vector<std::uint8_t> lit_, dark_;
   Lines& lines_;
   bool triggered_;

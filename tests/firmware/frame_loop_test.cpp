@@ -11,6 +11,7 @@
 #include "drivers/camera/simulator_camera.hpp"
 #include "firmware/config/instrument.hpp"
 #include "tests/fakes/allocation_gauge.hpp"
+#include "tests/fakes/live_camera.hpp"
 #include "tests/fakes/scratch_folder.hpp"
 
 namespace srd::firmware {
@@ -185,31 +186,26 @@ TEST(FrameLoop, FaultsAreCountedAndSurvived) {
 }
 
 // Live frames without anything to see, faster than anybody processes them; two are missing after the third.
-class HastyCamera final : public Camera {
+class HastyCamera final : public fakes::LiveCamera {
  public:
-  Outcome<void> start() override { return {}; }
+  HastyCamera() : LiveCamera(1280, 640), pixels_(static_cast<std::size_t>(width() * height()), 100) {}
   Capture next(CameraFrame& frame, Nanoseconds) noexcept override {
     if (given_ == kFrames) return Capture::kEnd;
     frame = {};
-    frame.image = {pixels_.data(), kWidth, kHeight, kWidth};
+    frame.image = {pixels_.data(), width(), height(), width()};
     frame.sequence = 100 + static_cast<std::uint64_t>(given_) + (given_ >= 3 ? 2 : 0);
     frame.time_ns = 20'000'000 * static_cast<std::int64_t>(frame.sequence);
     ++given_;
     return Capture::kFrame;
   }
   void give_back(const CameraFrame&) noexcept override { ++returned; }
-  void stop() noexcept override {}
-  int width() const override { return kWidth; }
-  int height() const override { return kHeight; }
   int buffer_count() const override { return kFrames; }
-  bool live() const override { return true; }
 
   static constexpr int kFrames = 8;
   int returned = 0;
 
  private:
-  static constexpr int kWidth = 1280, kHeight = 640;
-  std::vector<std::uint8_t> pixels_ = std::vector<std::uint8_t>(kWidth * kHeight, 100);
+  std::vector<std::uint8_t> pixels_;
   int given_ = 0;
 };
 

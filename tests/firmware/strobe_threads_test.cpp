@@ -10,6 +10,7 @@
 #include "firmware/config/instrument.hpp"
 #include "firmware/loop/frame_loop.hpp"
 #include "firmware/strobe/strobe.hpp"
+#include "tests/fakes/live_camera.hpp"
 
 namespace srd::firmware {
 namespace {
@@ -28,9 +29,9 @@ class SwitchedLine final : public OutputLine {
 };
 
 // Frames at 100 Hz by the monotonic clock, grey throughout; time_ns is the middle of the exposure.
-class SteadyCamera final : public Camera {
+class SteadyCamera final : public fakes::LiveCamera {
  public:
-  SteadyCamera(int width, int height) : width_(width), height_(height), pixels_(static_cast<std::size_t>(width * height), 40) {}
+  SteadyCamera(int width, int height) : LiveCamera(width, height), pixels_(static_cast<std::size_t>(width * height), 40) {}
   Outcome<void> start() override {
     first_ns_ = clock_.now_ns() + kPeriod;
     return {};
@@ -39,22 +40,15 @@ class SteadyCamera final : public Camera {
     const std::int64_t middle = first_ns_ + static_cast<std::int64_t>(next_) * kPeriod;
     clock_.sleep_until(middle + kExposure / 2 + 1'000'000);
     frame = {};
-    frame.image = {pixels_.data(), width_, height_, width_};
+    frame.image = {pixels_.data(), width(), height(), width()};
     frame.sequence = next_++;
     frame.time_ns = middle;
     frame.clock = ClockId::kMonotonic;
     return Capture::kFrame;
   }
-  void give_back(const CameraFrame&) noexcept override {}
-  void stop() noexcept override {}
-  int width() const override { return width_; }
-  int height() const override { return height_; }
-  int buffer_count() const override { return 4; }
-  bool live() const override { return true; }
 
  private:
   SystemStrobeClock clock_;
-  int width_, height_;
   std::vector<std::uint8_t> pixels_;
   std::int64_t first_ns_ = 0;
   std::uint64_t next_ = 0;
