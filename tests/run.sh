@@ -2,7 +2,8 @@
 # Installs what is missing, builds, runs every test that needs no hardware: built by GCC, then by Clang with
 # address and undefined-behaviour sanitizers (the slow tests not again), then the node's threads under the thread sanitizer.
 # --quick: GCC only. --boards: then also for boards, all emulated: unit tests for arm64 and armhf, their results against this
-# machine's bit for bit, srd-node on a board with cameras and GPIO lines, packages installed, upgraded and removed.
+# machine's bit for bit, srd-node on a board with cameras and GPIO lines, packages installed, upgraded and removed, and what
+# a computer with nothing but Debian 12 on it has after the lists of packages are installed.
 # Last line: "N passed, N failed, N skipped". Exit code 0 only when nothing failed.
 set -euo pipefail
 
@@ -45,7 +46,7 @@ run_job() { # name, command...
 
 for stage in "${stages[@]}"; do run_stage "$stage"; done
 if $boards; then
-  tests/install_packages.sh tests/virtual_board/packages.txt
+  tests/install_packages.sh toolchains/packages.txt
   echo "Emulated boards leave out the tests of the pattern metric, which srd-node has not, and those of thousands of noise draws."
   for board in arm64 armhf; do
     [ -d "build/sysroots/debian12-$board" ] || run_job "sysroot $board" toolchains/sysroot.sh "$board"
@@ -54,9 +55,10 @@ if $boards; then
   done
   run_job "virtual board" tests/virtual_board/run.sh --debian13
   if [ "$(id -u)" -eq 0 ]; then
+    run_job "fresh machine" tests/fresh_machine/run.sh
     run_job "packages" tests/packaging/run.sh amd64 arm64 armhf
   else
-    echo "Not run, it needs root: tests/packaging/run.sh"
+    echo "Not run, they need root: tests/fresh_machine/run.sh, tests/packaging/run.sh"
   fi
 fi
 

@@ -1,3 +1,4 @@
+# shellcheck shell=bash
 # Sourced by the scripts of this folder: Debian packages of any release and architecture, unpacked into a folder.
 # Nothing is installed, no foreign architecture is added to the machine, no root is needed.
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Unpacks what building for a board needs into build/sysroots/debian<RELEASE>-<ARCHITECTURE>.
+# Unpacks what building for a board needs into build/sysroots/debian<RELEASE>-<ARCHITECTURE>. Kept between clones (kept.sh).
 # Then: cmake --workflow --preset arm64 (armhf, arm64-debian13)
 set -euo pipefail
 
@@ -26,9 +26,16 @@ done
 
 cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.."
 . toolchains/debian_packages.sh
+. toolchains/kept.sh
 to=$PWD/build/sysroots/debian$release-$architecture
+kept=$(kept_path "sysroot-debian$release-$architecture" toolchains/sysroot.sh toolchains/debian_packages.sh)
 # Whole or not there: an interrupted run leaves nothing that looks finished.
-rm -rf -- "$to" "$to.part"
-debian_packages "$to.part" "$release" "$architecture" "${packages[@]}"
-mv -- "$to.part" "$to"
+if [ ! -d "$kept" ]; then
+  part=$(mktemp -d "$kept_folder/part.XXXXXX")
+  trap 'rm -rf -- "$part"' EXIT
+  debian_packages "$part" "$release" "$architecture" "${packages[@]}"
+  chmod 755 "$part"
+  keep "$part" "$kept"
+fi
+from_kept "$kept" "$to"
 echo "$to: $(du -sh "$to" | cut -f1)"

@@ -10,18 +10,15 @@ esac
 board=${1:-arm64}
 frames=${2:-8}
 case $board in
-  arm64) sysroot=debian12-arm64 emulator=qemu-aarch64-static make=(arm64) ;;
-  armhf) sysroot=debian12-armhf emulator=qemu-arm-static make=(armhf) ;;
-  arm64-debian13) sysroot=debian13-arm64 emulator=qemu-aarch64-static make=(arm64 --debian 13) ;;
+  arm64) sysroot=debian12-arm64 emulator=qemu-aarch64-static ;;
+  armhf) sysroot=debian12-armhf emulator=qemu-arm-static ;;
+  arm64-debian13) sysroot=debian13-arm64 emulator=qemu-aarch64-static ;;
   *) echo "compare_architectures.sh: no board '$board': arm64, armhf or arm64-debian13" >&2; exit 2 ;;
 esac
 cd -- "$(dirname -- "${BASH_SOURCE[0]}")/../.."
-[ -d "build/sysroots/$sysroot" ] || toolchains/sysroot.sh "${make[@]}" >&2
-for preset in host "$board"; do
-  [ -f "build/$preset/CMakeCache.txt" ] || cmake --preset "$preset" >&2
-done
-cmake --build build/host --target srd_prerender frame_digest >&2
-cmake --build "build/$board" --target frame_digest >&2
+. toolchains/build_preset.sh
+build_preset host srd_prerender frame_digest
+build_preset "$board" frame_digest
 sequence=build/$board/frames-$frames.bin
 build/host/tests/bench/srd_prerender "$sequence" "$frames"
 build/host/tests/bench/frame_digest "$sequence" "$frames" >"build/$board/digest-here"

@@ -11,17 +11,10 @@ case ${1:-} in
 esac
 frames=${1:-16}
 cd -- "$(dirname -- "${BASH_SOURCE[0]}")/../.."
-[ -d build/sysroots/debian12-arm64 ] || toolchains/sysroot.sh arm64 >&2
+. toolchains/build_preset.sh
 [ -d build/counting-qemu ] || toolchains/counting_qemu.sh >&2
-
-build() { # preset, targets
-  local preset=$1
-  shift
-  [ -f "build/$preset/CMakeCache.txt" ] || cmake --preset "$preset" >&2
-  cmake --build "build/$preset" --target "$@" >&2
-}
-build bench srd_prerender
-build arm64-count frame_instructions
+build_preset bench srd_prerender
+build_preset arm64-count frame_instructions
 
 plugin=build/arm64-count/instruction_count.so
 [ "$plugin" -nt toolchains/instruction_count.c ] || gcc -O2 -shared -fPIC -o "$plugin" toolchains/instruction_count.c

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # Installs the packages of builds into emulated Debian systems, upgrades, removes and purges them there: in_root.sh.
-# Takes build/<preset>/packages/*.deb, made by cpack first when the build is newer. Needs root, and the archive for new systems
-# (kept in build/roots). Ends with a table; exit code 0 only when every architecture passed.
+# Builds what it packs. Needs root, and Debian's archive for new systems, which are kept between clones (toolchains/kept.sh).
+# Ends with a table; exit code 0 only when every architecture passed.
 set -uo pipefail
 
 usage() {
   cat <<'USAGE'
-usage: tests/packaging/run.sh [--debian 12|13] [amd64|arm64|armhf]...   (default: every architecture that is built)
+usage: tests/packaging/run.sh [--debian 12|13] [amd64|arm64|armhf]...   (default: all three)
   builds: amd64 in build/host, arm64 in build/arm64, armhf in build/armhf; with --debian 13 in build/<those>-debian13
 USAGE
 }
@@ -25,30 +25,24 @@ done
 
 cd -- "$(dirname -- "${BASH_SOURCE[0]}")/../.." || exit 2
 . toolchains/debian_packages.sh
-. tests/packaging/emulated_root.sh
-codename=$(debian_codename "$release") || exit 2
+. toolchains/kept.sh
+. toolchains/build_preset.sh
+. toolchains/emulated_root.sh
+debian_codename "$release" >/dev/null || exit 2
 roots=$PWD/build/roots
 
-folder_of() { # architecture -> its build folder
-  local folder=build/$1
-  [ "$1" != amd64 ] || folder=build/host
-  [ "$release" = 12 ] || folder+=-debian$release
-  echo "$folder"
+preset_of() { # architecture -> the preset that builds for it
+  local preset=$1
+  [ "$1" != amd64 ] || preset=host
+  [ "$release" = 12 ] || preset+=-debian$release
+  echo "$preset"
 }
-if [ ${#architectures[@]} -eq 0 ]; then
-  for architecture in amd64 arm64 armhf; do
-    [ ! -e "$(folder_of $architecture)/CPackConfig.cmake" ] || architectures+=("$architecture")
-  done
-fi
-if [ ${#architectures[@]} -eq 0 ]; then
-  echo "packaging: nothing is built: cmake --preset host && cmake --build --preset host" >&2
-  exit 2
-fi
+[ ${#architectures[@]} -gt 0 ] || architectures=(amd64 arm64 armhf)
 if [ "$(id -u)" -ne 0 ]; then
   echo "packaging: making a Debian system needs root." >&2
   exit 2
 fi
-tests/install_packages.sh tests/packaging/packages.txt || exit 2
+tests/install_packages.sh toolchains/packages.txt || exit 2
 
 # The same package with a later version and a profile that differs: what a release would be.
 make_next() { # from, to, suffix
@@ -65,23 +59,29 @@ make_next() { # from, to, suffix
 fail() { echo "FAIL  $*"; return 1; }
 
 try() { # architecture
-  local build package tree packages profile board
-  build=$(folder_of "$1")
-  [ -e "$build/CPackConfig.cmake" ] || { fail "$build is not built"; return 1; }
+  local preset build package tree packages profile board programs=(srd-node)
+  preset=$(preset_of "$1")
+  build=build/$preset
+  if [ ! -e "$build/CPackConfig.cmake" ] && ! cmake --list-presets=build | grep -q "\"$preset\""; then
+    fail "no preset builds for $1 on Debian $release: configure $build by hand (board/README.md)"
+    return 1
+  fi
+  # The host's program is for the lab's computer, which is a PC.
+  [ "$1" != amd64 ] || programs+=(srd)
+  build_preset "$preset" "${programs[@]}" || { fail "$build could not be built"; return 1; }
   (cd "$build" && rm -f packages/*.deb && cpack -G DEB -B packages >packages.log 2>&1) || { cat "$build/packages.log"; fail cpack; return 1; }
   package=$(ls "$build"/packages/flume-srd-node_*_"$1".deb) || { fail "no package for $1 in $build/packages"; return 1; }
-  make_root "$1" "$codename" "$roots/debian$release-$1.tar" || { fail "no Debian $release system for $1"; return 1; }
+  make_root "$1" "$release" || { fail "no Debian $release system for $1"; return 1; }
 
   tree=$roots/work-$1-$$
   packages=$tree/packages
   rm -rf "$tree"
   mkdir -p "$tree"
-  tar -C "$tree" -xf "$roots/debian$release-$1.tar" || return 1
+  tar -C "$tree" -xf "$root_tar" || return 1
   mkdir -p "$packages/geometry"
   cp "$package" "$packages/install.deb"
   make_next "$package" "$packages/upgrade.deb" upgrade
   make_next "$packages/upgrade.deb" "$packages/next.deb" next
-  # The host's program is for the lab's computer, which is a PC.
   [ "$1" != amd64 ] || cp "$build"/packages/flume-srd_*_"$1".deb "$packages/host.deb" || return 1
   for profile in board/*/node.toml; do
     board=$(basename "$(dirname "$profile")")
@@ -89,7 +89,7 @@ try() { # architecture
     python3 tests/packaging/write_geometry.py "$profile" "$packages/geometry/$board" || return 1
   done
   cp tests/packaging/in_root.sh tests/check.sh "$packages/"
-  in_emulated_root "$tree" "$roots/archives-$release-$1" /bin/sh /packages/in_root.sh
+  in_emulated_root "$tree" "$root_archives" /bin/sh /packages/in_root.sh
   local code=$?
   rm -rf --one-file-system "$tree"
   return $code

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # The packaged service under systemd on the emulated board, with its camera (vivid) and its strobe line (gpio-sim): the unit's
 # sandbox lets through what the node needs, and nothing is left lit. Checks: service_checks.sh.
-# Needs: root, toolchains/virtual_board/build.sh, the arm64 build. Exit code 0 only when every check passed.
+# Builds what is missing. Needs: root. Exit code 0 only when every check passed.
 set -euo pipefail
 case ${1:-} in
   "") ;;
@@ -9,16 +9,18 @@ case ${1:-} in
 esac
 cd -- "$(dirname -- "${BASH_SOURCE[0]}")/../.."
 . toolchains/debian_packages.sh
-. tests/packaging/emulated_root.sh
+. toolchains/kept.sh
+. toolchains/build_preset.sh
+. toolchains/emulated_root.sh
 [ "$(id -u)" -eq 0 ] || { echo "service_on_board: making a Debian system needs root." >&2; exit 2; }
-[ -e build/arm64/CPackConfig.cmake ] || { echo "service_on_board: build/arm64 is not built: cmake --workflow --preset arm64" >&2; exit 2; }
-tests/install_packages.sh tests/packaging/packages.txt
+build_preset arm64 srd-node
+[ -d build/virtual-board ] || toolchains/virtual_board/build.sh
 know_interpreter arm64 || { echo "service_on_board: the kernel does not run arm64 programs (binfmt_misc, qemu-user-static)" >&2; exit 2; }
 
 roots=$PWD/build/roots
 work=$roots/board
 system=$roots/debian12-arm64-systemd.tar
-make_root arm64 bookworm "$roots/debian12-arm64.tar"
+make_root arm64 12
 rm -rf "$work" "$roots/board-tree"
 mkdir -p "$work/geometry" "$roots/board-tree"
 trap 'forget_interpreter; rm -rf --one-file-system "$roots/board-tree"' EXIT
@@ -30,15 +32,15 @@ cp tests/packaging/service_checks.sh tests/check.sh "$work/"
 
 # A system with systemd is made once; the package of this build is installed each time.
 tree=$roots/board-tree
-tar -C "$tree" -xf "$([ -s "$system" ] && echo "$system" || echo "$roots/debian12-arm64.tar")"
+tar -C "$tree" -xf "$([ -s "$system" ] && echo "$system" || echo "$root_tar")"
 apt="apt-get -qq -y --no-install-recommends"
 if [ ! -s "$system" ]; then
-  in_emulated_root "$tree" "$roots/archives-12-arm64" env DEBIAN_FRONTEND=noninteractive \
+  in_emulated_root "$tree" "$root_archives" env DEBIAN_FRONTEND=noninteractive \
     sh -c "$apt install systemd-sysv udev kmod gpiod </dev/null" >"$roots/board.log" 2>&1 || { tail -n 30 "$roots/board.log"; exit 1; }
   tar -C "$tree" -cf "$system.part" . && mv "$system.part" "$system"
 fi
 cp "$work/node.deb" "$tree/node.deb"
-in_emulated_root "$tree" "$roots/archives-12-arm64" env DEBIAN_FRONTEND=noninteractive \
+in_emulated_root "$tree" "$root_archives" env DEBIAN_FRONTEND=noninteractive \
   sh -c "$apt install /node.deb </dev/null" >"$roots/board.log" 2>&1 || { tail -n 30 "$roots/board.log"; exit 1; }
 rm "$tree/node.deb"
 cat >"$tree/etc/systemd/system/checks.service" <<'UNIT'

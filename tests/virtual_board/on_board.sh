@@ -1,3 +1,4 @@
+#!/bin/sh
 # Runs on the emulated board as root, in /w. Ends with 0 when every step did; says what each saw.
 set -u
 . /w/check.sh

@@ -14,25 +14,14 @@ for argument in "$@"; do
   esac
 done
 cd -- "$(dirname -- "${BASH_SOURCE[0]}")/../.."
+. toolchains/build_preset.sh
 started=$SECONDS
-tests/install_packages.sh
-tests/install_packages.sh tests/virtual_board/packages.txt
+tests/install_packages.sh toolchains/packages.txt
 
-build() { # preset, targets
-  local preset=$1
-  shift
-  [ -f "build/$preset/build.ninja" ] || cmake --preset "$preset" >"build/$preset.log" 2>&1 || { tail -n 20 "build/$preset.log" >&2; exit 1; }
-  cmake --build "build/$preset" --target "$@" >"build/$preset.log" 2>&1 || { tail -n 40 "build/$preset.log" >&2; exit 1; }
-}
-mkdir -p build
-[ -d build/sysroots/debian12-arm64 ] || toolchains/sysroot.sh arm64
 [ -d build/virtual-board ] || toolchains/virtual_board/build.sh
-build host srd
-build arm64 srd-node srd_board_tests
-if $debian13; then
-  [ -d build/sysroots/debian13-arm64 ] || toolchains/sysroot.sh arm64 --debian 13
-  build arm64-debian13 srd_board_tests
-fi
+build_preset host srd
+build_preset arm64 srd-node srd_board_tests
+! $debian13 || build_preset arm64-debian13 srd_board_tests
 echo "== built after $((SECONDS - started)) s"
 
 here=tests/virtual_board

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Makes an emulated 64-bit ARM board with real kernel drivers in build/virtual-board: Debian 12's kernel with vivid (cameras),
 # vimc (libcamera's camera) and gpio-sim (GPIO lines), an initrd, and root images with what srd-node needs to run on
-# Debian 12 and 13. Nothing is installed; no root needed. boot.sh starts it.
-# Needs: gcc-aarch64-linux-gnu make kmod cpio e2fsprogs xz-utils (tests/virtual_board/packages.txt).
+# Debian 12 and 13. Nothing is installed; no root needed. Kept between clones (kept.sh). boot.sh starts it.
+# Needs: toolchains/packages.txt.
 set -euo pipefail
 
 case ${1:-} in
@@ -11,8 +11,15 @@ case ${1:-} in
 esac
 cd -- "$(dirname -- "${BASH_SOURCE[0]}")/../.."
 . toolchains/debian_packages.sh
+. toolchains/kept.sh
 here=$PWD/toolchains/virtual_board
 to=$PWD/build/virtual-board
+kept=$(kept_path virtual-board toolchains/debian_packages.sh "$here"/{build,build_modules,init,make_initrd}.sh)
+give() {
+  from_kept "$kept" "$to"
+  echo "$to: $(du -sh "$to" | cut -f1)"
+}
+[ ! -d "$kept" ] || { give; exit 0; }
 # Not below build: the kernel's makefiles do not take a folder with a space in its name.
 work=$(mktemp -d)
 trap 'rm -rf -- "$work"' EXIT
@@ -47,8 +54,9 @@ cp kernel/boot/vmlinuz-* vmlinuz
 wait "$root13_job"
 mke2fs -q -t ext4 -O ^has_journal -m 0 -d root root.ext4 1G
 mke2fs -q -t ext4 -O ^has_journal -m 0 -d root13 root13.ext4 1G
-rm -rf -- "$to" "$to.part"
-mkdir -p "$to.part"
-mv vmlinuz initrd.gz root.ext4 root13.ext4 "$to.part"
-mv -- "$to.part" "$to"
-echo "$to: $(du -sh "$to" | cut -f1)"
+mkdir whole
+mv vmlinuz initrd.gz root.ext4 root13.ext4 whole
+rm -rf -- "$kept.part"
+mv whole "$kept.part"
+keep "$kept.part" "$kept"
+give
