@@ -28,6 +28,7 @@ mapfile -t lists < <(git -c safe.directory='*' ls-files -- packages.txt '*/packa
 
 architecture=$(dpkg --print-architecture)
 work=$PWD/build/fresh-machine
+mkdir -p build
 make_root "$architecture" 12 || { echo "fresh_machine: no minimal Debian 12 could be made." >&2; exit 1; }
 system=$(kept_path fresh-machine toolchains/emulated_root.sh tests/install_packages.sh "${lists[@]}")
 
