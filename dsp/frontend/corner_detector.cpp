@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "dsp/frontend/response_top.hpp"
+#include "dsp/frontend/sharpening.hpp"
 
 namespace srd::dsp {
 
@@ -30,24 +31,48 @@ std::span<const CornerFit> CornerDetector::detect(const GrayView& image, const D
   if (image.width > max_width_ || image.height > max_height_) return {};
   find_maxima(image, options);
   keep_distant(options.min_distance);
+  CornerFitOptions fit_options = options.fit;
+  fit_maxima(image, options, fit_options);
+  if (options.measure_sharpening && may_be_sharpened()) {
+    const Sharpening measured = measure_sharpening(image, {starts_.data(), start_count_}, fit_options);
+    if (measured != fit_options.sharpening) {
+      fit_options.sharpening = measured;
+      fit_maxima(image, options, fit_options);
+    }
+  }
+  sharpening_ = fit_options.sharpening;
+  return corners_;
+}
+
+bool CornerDetector::start_at(const GrayView& image, const Maximum& maximum, const DetectorOptions& options,
+                              CornerShape& start) {
+  if (!guess_shape(image, maximum.u, maximum.v, options.response.radius, start)) return false;
+  if (image.contains(maximum.u, maximum.v, options.response.radius + 2)) {
+    ResponseWindow window;
+    response_window(image, maximum.u - 2, maximum.v - 2, 5, options.response, window);
+    (void)place_at_top(window, 2, 2, start);
+  }
+  return true;
+}
+
+void CornerDetector::fit_maxima(const GrayView& image, const DetectorOptions& options, const CornerFitOptions& fit_options) {
+  corners_.clear();
+  start_count_ = tried_ = 0;
   // One lens, much the same blur: a corner starts from that of the one before. That one may have been something sharper
   // than the board, as lettering is, from whose blur no corner of the board is found: then from the usual blur.
   constexpr std::int32_t kUsualBlurQ12 = CornerShape{}.blur_q12;
   std::int32_t blur_q12 = kUsualBlurQ12;
-  ResponseWindow window;
   for (const Maximum& maximum : maxima_) {
     CornerFit fit;
     CornerShape start;
-    if (!guess_shape(image, maximum.u, maximum.v, options.response.radius, start)) continue;
+    if (!start_at(image, maximum, options, start)) continue;
+    ++tried_;
+    if (start_count_ < starts_.size()) starts_[start_count_++] = start;
     start.blur_q12 = blur_q12;
-    if (image.contains(maximum.u, maximum.v, options.response.radius + 2)) {
-      response_window(image, maximum.u - 2, maximum.v - 2, 5, options.response, window);
-      (void)place_at_top(window, 2, 2, start);
-    }
-    if (!fit_corner(image, start, options.fit, fit)) {
+    if (!fit_corner(image, start, fit_options, fit)) {
       if (blur_q12 == kUsualBlurQ12) continue;
       start.blur_q12 = kUsualBlurQ12;
-      if (!fit_corner(image, start, options.fit, fit)) continue;
+      if (!fit_corner(image, start, fit_options, fit)) continue;
     }
     if (corners_.size() == max_corners_) {
       ++overflow_;
@@ -57,7 +82,14 @@ std::span<const CornerFit> CornerDetector::detect(const GrayView& image, const D
     fit.corner.response = maximum.response;
     corners_.push_back(fit);
   }
-  return corners_;
+}
+
+// Sharpened edges look sharper than nearly every lens makes them; where they overshoot too much, no corner fits.
+bool CornerDetector::may_be_sharpened() const {
+  constexpr std::int32_t kSharpQ12 = 4096 * 8 / 10;
+  const auto sharp = std::count_if(corners_.begin(), corners_.end(),
+                                   [](const CornerFit& fit) { return fit.shape.blur_q12 < kSharpQ12; });
+  return 2 * static_cast<std::size_t>(sharp) > corners_.size() || 2 * corners_.size() < tried_;
 }
 
 // Local maxima of 3x3 pixels above the threshold. Bands of columns, so that the rows that one circle spans and three rows

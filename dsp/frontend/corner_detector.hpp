@@ -2,6 +2,7 @@
 // Buffers are sized at construction; detect() does not allocate. One thread per object.
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -16,6 +17,7 @@ struct DetectorOptions {
   int min_distance = 8;     // px between two corners; the stronger one wins
   Region region{};          // where corners may lie; empty: the whole image
   CornerFitOptions fit;
+  bool measure_sharpening = true;  // where edges are as sharp as sharpened ones; else fit.sharpening holds
 };
 
 class CornerDetector {
@@ -27,6 +29,8 @@ class CornerDetector {
   [[nodiscard]] std::span<const CornerFit> detect(const GrayView& image, const DetectorOptions& options);
   // Maxima that found no room in the last detect().
   [[nodiscard]] int overflow() const { return overflow_; }
+  // The image's sharpening in the last detect(), measured or given.
+  [[nodiscard]] const Sharpening& sharpening() const { return sharpening_; }
 
  private:
   struct Maximum {
@@ -37,6 +41,10 @@ class CornerDetector {
   void find_maxima(const GrayView& image, const DetectorOptions& options);
   void find_maxima_in_band(const GrayView& image, const DetectorOptions& options, const Region& band);
   void keep_distant(int min_distance);
+  [[nodiscard]] static bool start_at(const GrayView& image, const Maximum& maximum, const DetectorOptions& options,
+                                     CornerShape& start);
+  void fit_maxima(const GrayView& image, const DetectorOptions& options, const CornerFitOptions& fit_options);
+  [[nodiscard]] bool may_be_sharpened() const;
 
   int max_width_, max_height_;
   std::size_t max_corners_;
@@ -45,6 +53,9 @@ class CornerDetector {
   std::vector<Maximum> maxima_;
   std::vector<int> bucket_heads_, bucket_next_;
   std::vector<CornerFit> corners_;
+  Sharpening sharpening_;
+  std::array<CornerShape, 48> starts_;  // of the strongest maxima
+  std::size_t start_count_ = 0, tried_ = 0;
   int overflow_ = 0;
 };
 

@@ -6,6 +6,7 @@
 
 #include "dsp/core/fixed_ldl.hpp"
 #include "dsp/frontend/corner_sums.hpp"
+#include "dsp/frontend/edge_profile.hpp"
 
 namespace srd::dsp {
 
@@ -13,7 +14,11 @@ namespace {
 
 using Ldl = FixedLdl<CornerSums::kColumns - 1>;
 
-constexpr std::int64_t kMinBlur = 4096 * 36 / 100, kMaxBlur = 4096 * 4;  // Q12 px
+constexpr std::int64_t kMinBlur = 1183, kMaxBlur = 4096 * 6;  // Q12 px; the least is the pixel's own, sqrt(1/12)
+constexpr std::int64_t kSmoothBlur = 4096 * 45 / 100;
+// Where edges lie along pixels, hardly a pixel sees them: a little more blur than there is keeps the fit from being singular.
+constexpr int kPatience = 6;  // steps until that is tried
+constexpr std::int64_t kSoftBlur = 4096 * 38 / 100;
 // Q16 grey levels: 0 to 255, half of that, and what noise may add. Beyond them residuals are cut off and look small.
 constexpr std::int64_t kLeastMean = -(16 << 16), kMostMean = 271 << 16, kMostContrast = 144 << 16;
 constexpr std::int64_t kMaxMove = 1 << 16, kMaxTurn = 1 << 12;           // of one step: 1 px, 1/4 rad
@@ -47,20 +52,39 @@ Direction turned(const Direction& n, std::int64_t angle) {
 
 std::int16_t narrow(std::int64_t x) { return static_cast<std::int16_t>(clamp(x, 32767)); }
 
-CornerModel model_of(const State& state) {
+// Distances from an edge through the state's corner in units of this blur.
+CornerModel::Line line_across(const State& state, const Direction& n, std::int64_t blur_q12) {
+  const std::int64_t per_blur_q18 = (std::int64_t{1} << 30) / blur_q12;
+  const std::int64_t offset_q16 = shift_rounded(n.x * state.x + n.y * state.y, 14);
+  return {narrow(shift_rounded(n.x * per_blur_q18, 22)), narrow(shift_rounded(n.y * per_blur_q18, 22)),
+          narrow(-shift_rounded(offset_q16 * per_blur_q18, 24))};
+}
+
+CornerModel::Line line_along(const State& state, const Direction& n) {
+  return {narrow(shift_rounded(-n.y, 4)), narrow(shift_rounded(n.x, 4)),
+          narrow(-((-n.y * state.x + n.x * state.y) >> 20))};
+}
+
+CornerModel::Mask mask_of(const State& state, const Sharpening& sharpening) {
+  CornerModel::Mask mask;
+  mask.amount_q13 = static_cast<std::int16_t>(std::clamp(2 * sharpening.amount_q12, 0, int{CornerModel::kMostAmountQ13}));
+  if (mask.amount_q13 == 0) return mask;
+  const std::int64_t radius = std::clamp<std::int64_t>(sharpening.radius_q12, 1024, kMaxBlur);
+  const std::int64_t wider = isqrt(static_cast<std::uint64_t>(state.blur * state.blur + radius * radius));
+  mask.narrower_q15 = narrow((state.blur << 15) / wider);
+  mask.across = {line_across(state, state.n1, wider), line_across(state, state.n2, wider)};
+  mask.shape = {static_cast<std::uint8_t>(EdgeProfile::shape_of(state.n1.x, state.n1.y, wider)),
+                static_cast<std::uint8_t>(EdgeProfile::shape_of(state.n2.x, state.n2.y, wider))};
+  return mask;
+}
+
+CornerModel model_of(const State& state, const Sharpening& sharpening) {
   CornerModel model;
-  const std::int64_t per_blur_q18 = (std::int64_t{1} << 30) / state.blur;
-  const auto set = [&](const Direction& n, CornerModel::Line& across, CornerModel::Line& along) {
-    const std::int64_t offset_q16 = shift_rounded(n.x * state.x + n.y * state.y, 14);
-    across.x = narrow(shift_rounded(n.x * per_blur_q18, 22));
-    across.y = narrow(shift_rounded(n.y * per_blur_q18, 22));
-    across.at = narrow(-shift_rounded(offset_q16 * per_blur_q18, 24));
-    along.x = narrow(shift_rounded(-n.y, 4));
-    along.y = narrow(shift_rounded(n.x, 4));
-    along.at = narrow(-((-n.y * state.x + n.x * state.y) >> 20));
-  };
-  set(state.n1, model.across[0], model.along[0]);
-  set(state.n2, model.across[1], model.along[1]);
+  model.across = {line_across(state, state.n1, state.blur), line_across(state, state.n2, state.blur)};
+  model.along = {line_along(state, state.n1), line_along(state, state.n2)};
+  model.shape = {static_cast<std::uint8_t>(EdgeProfile::shape_of(state.n1.x, state.n1.y, state.blur)),
+                 static_cast<std::uint8_t>(EdgeProfile::shape_of(state.n2.x, state.n2.y, state.blur))};
+  model.mask = mask_of(state, sharpening);
   model.rho_q15 = narrow(2 * dot_q14(state.n1, state.n2));
   model.mean_q6 = narrow(shift_rounded(state.mean, 10));
   model.contrast_q8 = narrow(shift_rounded(state.contrast, 8));
@@ -87,7 +111,8 @@ struct Step {
 };
 
 // One Gauss-Newton step from where the sums were taken. False: no corner that one would want to measure with.
-bool advance(const Ldl& solver, const CornerModel& at, const CornerFitOptions& options, State& state, Step& step) {
+bool advance(const Ldl& solver, const CornerModel& at, const CornerFitOptions& options, std::int64_t least_blur, State& state,
+             Step& step) {
   state.mean = (static_cast<std::int64_t>(at.mean_q6) << 10) + solver.solution(CornerSums::kMean, 16 - 5 + 11);
   state.contrast = (static_cast<std::int64_t>(at.contrast_q8) << 8) + solver.solution(CornerSums::kContrast, 16 - 5 + 11);
   if (state.contrast < static_cast<std::int64_t>(options.min_contrast) << 16) return false;
@@ -108,7 +133,9 @@ bool advance(const Ldl& solver, const CornerModel& at, const CornerFitOptions& o
   const std::int64_t limit = 8 * kMaxMove;
   const std::int64_t dx = over_det(state.n2.y * clamp(move1, limit) - state.n1.y * clamp(move2, limit));
   const std::int64_t dy = over_det(-state.n2.x * clamp(move1, limit) + state.n1.x * clamp(move2, limit));
-  const std::int64_t widen = clamp(-in_px(CornerSums::kBlur, 32), state.blur / 3);
+  const std::int64_t wished = clamp(-in_px(CornerSums::kBlur, 32), state.blur / 3);
+  // At the bound the wish to go beyond it never ends; what counts is what the bound lets through.
+  const std::int64_t blur = std::clamp(state.blur + wished, least_blur, kMaxBlur), widen = blur - state.blur;
   state.x += dx;
   state.y += dy;
   state.n1 = turned(state.n1, turn1);
@@ -116,14 +143,16 @@ bool advance(const Ldl& solver, const CornerModel& at, const CornerFitOptions& o
   step.move = std::max(std::abs(dx), std::abs(dy));
   step.turn = std::max(std::abs(turn1), std::abs(turn2));
   step.widen = (std::abs(widen) << 14) / state.blur;
-  state.blur = std::clamp(state.blur + widen, kMinBlur, kMaxBlur);
+  state.blur = blur;
   return true;
 }
 
 // The step's own error: of third order in the move alone, since what is of second order is even about the corner and the
 // move's columns are odd; of second order where the columns themselves were off by the blur's or the edges' change.
-bool converged(const Step& step) {
-  constexpr std::int64_t kMove = (1 << 16) / 8, kShape = (1 << 14) / 8;
+// Edges of a box have no third order: there the step must be small itself.
+bool converged(const Step& step, bool smooth) {
+  const std::int64_t kMove = (1 << 16) / (smooth ? 8 : 128);
+  constexpr std::int64_t kShape = (1 << 14) / 8;
   constexpr std::int64_t kProduct = std::int64_t{1} << (16 + 14 - 9);  // 1/512 px
   return step.move <= kMove && step.widen <= kShape && step.turn <= kShape &&
          step.move * std::max(step.widen, step.turn) <= kProduct;
@@ -162,20 +191,27 @@ bool fit_corner(const GrayView& image, const CornerShape& start, const CornerFit
   const std::int64_t max_travel = static_cast<std::int64_t>(options.max_travel_q12) << 4;
   CornerSums sums;
   Ldl solver;
+  std::int64_t least_blur = kMinBlur;
   int iteration = 0;
-  for (;; ++iteration) {
+  for (; iteration < options.max_iterations; ++iteration) {
     if (std::abs(cross_q14(state.n1, state.n2)) < (1 << 14) / 4) return false;  // less than 14 degrees between the edges
-    const CornerModel model = model_of(state);
+    const CornerModel model = model_of(state, options.sharpening);
     corner_sums(window, pixels.data(), model, sums);
-    if (!solver.factor(sums.product)) return false;
     Step step;
-    if (!advance(solver, model, options, state, step)) return false;
+    const bool singular = !solver.factor(sums.product);
+    if (singular || iteration == kPatience) {
+      if (singular && state.blur >= kSoftBlur) return false;
+      least_blur = kSoftBlur;
+      state.blur = std::max(state.blur, least_blur);
+    }
+    if (singular) continue;
+    if (!advance(solver, model, options, least_blur, state, step)) return false;
     if (std::abs(state.x - start_x) > max_travel || std::abs(state.y - start_y) > max_travel) return false;
     // The corner must stay well inside its window, or half the edges are not seen.
     if (std::abs(state.x) > ((w - 1) << 16) || std::abs(state.y) > ((w - 1) << 16)) return false;
-    if (converged(step)) break;
-    if (iteration + 1 >= options.max_iterations) return false;
+    if (converged(step, state.blur >= kSmoothBlur)) break;
   }
+  if (iteration == options.max_iterations) return false;
   if (std::abs(cross_q14(state.n1, state.n2)) < (1 << 14) / 4) return false;
   // Strokes of letters, a pattern finer than the window: they fit as something wider and brighter than any corner is.
   if (state.blur >= kMaxBlur || state.contrast > kMostContrast || state.mean < kLeastMean || state.mean > kMostMean)

@@ -1,8 +1,9 @@
 // A checkerboard corner located to a hundredth of a pixel: least squares of a blurred crossing of two edges on the grey
 // levels round it. Integer arithmetic throughout, so every machine gives the same corner.
 //
-// Model: I(x) = m + c [E(s1) E(s2) + rho D(s1) D(s2)], s_i = n_i.(x - q) / blur, rho = n1.n2, E and D of EdgeProfile.
-// The rho term is the first order of the exact bivariate normal for edges that are not perpendicular in the image.
+// Model: I(x) = m + c [E(s1) E(s2) + rho D(s1) D(s2)], s_i = n_i.(x - q) / blur, rho = n1.n2, E and D of EdgeProfile, which
+// know the lens's blur and the pixel's area. The rho term is the first order of the exact bivariate normal for edges that are
+// not perpendicular in the image. What a camera's unsharp mask adds is in the bracket too: corner_sums.hpp.
 // Seven unknowns: q (2), the turn of each edge, m, c, blur. The model is symmetric about q, so what it leaves out
 // (saturation, higher orders of skew) blurs the levels but does not move the corner.
 // Lower bound of any estimator: optics (20).
@@ -24,15 +25,24 @@ struct Direction {
 struct CornerShape {
   Pixel u, v;
   Direction n1, n2;            // normals of the two edges; the sectors where both distances have one sign are bright
-  std::int32_t blur_q12 = 4096;  // standard deviation of the edges, px
+  std::int32_t blur_q12 = 4096;  // standard deviation of the edges before sharpening, lens and pixel together, px
+};
+
+// How the camera has sharpened its image: I + amount (I - G * I), G a Gaussian of this radius (standard deviation).
+struct Sharpening {
+  static constexpr std::int32_t kMostAmountQ12 = 3 * 4096;
+  std::int32_t amount_q12 = 0;   // 0: not at all .. kMostAmountQ12
+  std::int32_t radius_q12 = 4096;  // px
+  [[nodiscard]] bool operator==(const Sharpening&) const = default;
 };
 
 struct CornerFitOptions {
   int half_window = 5;         // px, 3..8: (2w+1)^2 pixels are used; the next edge should lie w + 2 blur away
-  int max_iterations = 8;
+  int max_iterations = 12;
   int min_contrast = 8;        // half difference of bright and dark, grey levels
   int max_residual_percent = 35;  // rms of the residual against the contrast
   int max_travel_q12 = 3 * 4096;  // how far the corner may lie from the start, px
+  Sharpening sharpening;
 };
 
 struct CornerFit {

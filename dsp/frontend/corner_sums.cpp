@@ -28,10 +28,42 @@ constexpr std::int16_t multiply(int a, int b) { return static_cast<std::int16_t>
 // Column x of Q13 in Q11.
 constexpr std::int16_t quarter(std::int16_t x) { return multiply(x, 1 << 13); }
 
-std::int16_t distance(const CornerModel::Line& line, int du, int dv) {
-  const std::int16_t s = saturate(du * line.x + dv * line.y + line.at);
-  return std::clamp<std::int16_t>(s, -EdgeProfile::kReachQ10, EdgeProfile::kReachQ10 - 1);
+std::int16_t on_line(const CornerModel::Line& line, int du, int dv) {
+  return saturate(saturate(du * line.x + dv * line.y) + line.at);
 }
+
+std::int16_t distance(const CornerModel::Line& line, int du, int dv) {
+  return std::clamp<std::int16_t>(on_line(line, du, dv), -EdgeProfile::kReachQ10, EdgeProfile::kReachQ10 - 1);
+}
+
+// The bracket B and its derivatives by the edges' moves and by the blur, Q13.
+struct Bracket {
+  std::int16_t value, move1, move2;
+  std::int16_t blur;  // Q10
+};
+
+Bracket bracket(const std::array<CornerModel::Line, 2>& across, const std::array<std::uint8_t, 2>& shape,
+                std::int16_t rho_q15, int du, int dv) {
+  const std::int16_t s1 = distance(across[0], du, dv), s2 = distance(across[1], du, dv);
+  const EdgeProfile::Value p1 = EdgeProfile::table(shape[0])[static_cast<std::size_t>(EdgeProfile::cell(s1))];
+  const EdgeProfile::Value p2 = EdgeProfile::table(shape[1])[static_cast<std::size_t>(EdgeProfile::cell(s2))];
+  // Q14 times Q14 is Q13; times rho stays.
+  Bracket b;
+  b.value = saturate(multiply(p1.step, p2.step) + multiply(multiply(p1.slope, p2.slope), rho_q15));
+  b.move1 = multiply(p1.slope, p2.step);
+  b.move2 = multiply(p1.step, p2.slope);
+  b.blur = static_cast<std::int16_t>(multiply(4 * s1, b.move1) + multiply(4 * s2, b.move2));
+  return b;
+}
+
+constexpr std::int16_t kMostSharpened = 5790;
+
+// x + a (x - wider), cut off where a column ends; times 4 within 16 bits as long as the two differ by less than the contrast.
+std::int16_t sharpened(int x, int wider, std::int16_t amount_q13) {
+  return saturate(x + multiply(saturate(4 * saturate(x - wider)), amount_q13));
+}
+
+std::int16_t cut(std::int16_t column) { return std::clamp<std::int16_t>(column, -kMostSharpened, kMostSharpened); }
 
 }  // namespace
 
@@ -45,28 +77,32 @@ namespace scalar {
 
 void corner_sums(const CornerWindow& window, const std::uint8_t* pixels, const CornerModel& model, CornerSums& sums) {
   sums = {};
-  const EdgeProfile::Table& table = EdgeProfile::table();
   for (int k = 0; k < window.size; ++k) {
     const auto i = static_cast<std::size_t>(k);
     const int du = window.du[i], dv = window.dv[i];
-    const std::int16_t s1 = distance(model.across[0], du, dv), s2 = distance(model.across[1], du, dv);
-    const EdgeProfile::Value p1 = table[static_cast<std::size_t>(EdgeProfile::cell(s1))];
-    const EdgeProfile::Value p2 = table[static_cast<std::size_t>(EdgeProfile::cell(s2))];
-    // Q14 times Q14 is Q13; times rho stays.
-    const std::int16_t shape =
-        saturate(multiply(p1.step, p2.step) + multiply(multiply(p1.slope, p2.slope), model.rho_q15));
-    const std::int16_t move1 = multiply(p1.slope, p2.step), move2 = multiply(p1.step, p2.slope);
-    const auto along = [&](const CornerModel::Line& line) { return du * line.x + dv * line.y + line.at; };
-    const std::int16_t residual_q6 =
-        saturate(saturate((pixels[i] << 6) - model.mean_q6) - multiply(model.contrast_q8, shape));
+    Bracket here = bracket(model.across, model.shape, model.rho_q15, du, dv);
+    const std::int16_t amount = model.mask.amount_q13;
+    if (amount != 0) {
+      const std::int16_t narrower = model.mask.narrower_q15;
+      const Bracket wider = bracket(model.mask.across, model.mask.shape, model.rho_q15, du, dv);
+      here.value = sharpened(here.value, wider.value, amount);
+      here.move1 = sharpened(here.move1, multiply(wider.move1, narrower), amount);
+      here.move2 = sharpened(here.move2, multiply(wider.move2, narrower), amount);
+      // The wider blur grows by blur / wider of what the blur grows.
+      here.blur = sharpened(here.blur, multiply(multiply(wider.blur, narrower), narrower), amount);
+    }
+    std::int16_t residual_q6 =
+        saturate(saturate((pixels[i] << 6) - model.mean_q6) - multiply(model.contrast_q8, here.value));
+    // Overshoot is cut off at black and white: beyond them the model is right whatever it says.
+    if (amount != 0 && ((pixels[i] == 255 && residual_q6 < 0) || (pixels[i] == 0 && residual_q6 > 0))) residual_q6 = 0;
     std::array<std::int32_t, CornerSums::kColumns> column;
     column[CornerSums::kMean] = window.one[i];
-    column[CornerSums::kContrast] = quarter(shape);
-    column[CornerSums::kBlur] = multiply(4 * s1, move1) + multiply(4 * s2, move2);
-    column[CornerSums::kTurn1] = multiply(along(model.along[0]), move1);
-    column[CornerSums::kTurn2] = multiply(along(model.along[1]), move2);
-    column[CornerSums::kMove1] = quarter(move1);
-    column[CornerSums::kMove2] = quarter(move2);
+    column[CornerSums::kContrast] = cut(quarter(here.value));
+    column[CornerSums::kBlur] = cut(here.blur);
+    column[CornerSums::kTurn1] = cut(multiply(on_line(model.along[0], du, dv), here.move1));
+    column[CornerSums::kTurn2] = cut(multiply(on_line(model.along[1], du, dv), here.move2));
+    column[CornerSums::kMove1] = cut(quarter(here.move1));
+    column[CornerSums::kMove2] = cut(quarter(here.move2));
     column[CornerSums::kResidual] = std::clamp<int>(multiply(residual_q6, 1 << 14), -4080, 4080);
     for (std::size_t a = 0; a < CornerSums::kColumns; ++a)
       for (std::size_t b = a; b < CornerSums::kColumns; ++b) sums.product[a][b] += column[a] * column[b];

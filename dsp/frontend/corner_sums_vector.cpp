@@ -26,22 +26,24 @@ void Sums(const CornerWindow& window, const std::uint8_t* pixels, const CornerMo
 namespace hn = hwy::HWY_NAMESPACE;
 using Tag = hn::CappedTag<std::int16_t, 16>;
 using Wide = hn::RepartitionToWide<Tag>;
-constexpr int kPart = 128;  // pixels whose products a 32-bit sum holds
+constexpr int kPart = 128;           // pixels whose products a 32-bit sum holds
+constexpr int kSharpenedPart = 64;   // the same of a sharpened image, whose columns are larger
+constexpr int kMostSharpened = 5790;
 constexpr int kColumns = CornerSums::kColumns;
 
 struct Part {
   HWY_ALIGN std::int16_t column[kColumns][kPart];
 };
 
-// Without the constant the sum stays within 16 bits: 11.4 px at 2844 for a blur of 0.36 px.
+// Each product stays within 16 bits: 8 px at 3547 for the least blur, the pixel's own.
 HWY_INLINE hn::Vec<Tag> line(const Tag d, const CornerModel::Line& l, hn::Vec<Tag> du, hn::Vec<Tag> dv) {
-  const auto sum = hn::Add(hn::Mul(du, hn::Set(d, l.x)), hn::Mul(dv, hn::Set(d, l.y)));
+  const auto sum = hn::SaturatedAdd(hn::Mul(du, hn::Set(d, l.x)), hn::Mul(dv, hn::Set(d, l.y)));
   return hn::SaturatedAdd(sum, hn::Set(d, l.at));
 }
 
 // The profile of both edges, looked up one by one: the one step that has no vector form on every unit.
-HWY_INLINE void look_up(const std::uint16_t* HWY_RESTRICT cell, int n, std::int16_t* HWY_RESTRICT value) {
-  const EdgeProfile::Value* HWY_RESTRICT table = EdgeProfile::table().data();
+HWY_INLINE void look_up(int shape, const std::uint16_t* HWY_RESTRICT cell, int n, std::int16_t* HWY_RESTRICT value) {
+  const EdgeProfile::Value* HWY_RESTRICT table = EdgeProfile::table(shape).data();
   for (int k = 0; k < n; k += 8) {  // n is a multiple of 8
     const EdgeProfile::Value a = table[cell[k]], b = table[cell[k + 1]], c = table[cell[k + 2]], d = table[cell[k + 3]];
     const EdgeProfile::Value e = table[cell[k + 4]], f = table[cell[k + 5]], g = table[cell[k + 6]], h = table[cell[k + 7]];
@@ -56,49 +58,102 @@ HWY_INLINE void look_up(const std::uint16_t* HWY_RESTRICT cell, int n, std::int1
   }
 }
 
-// Columns of the pixels from 'from', n of them, a multiple of the vector's length.
-HWY_INLINE void fill(const CornerWindow& window, const std::uint8_t* HWY_RESTRICT pixels, int from, int n,
-                     const CornerModel& model, Part& part) {
+// Both edges at n pixels: distances from them and what the profile has there.
+struct Profiles {
+  HWY_ALIGN std::int16_t distance[2][kPart];
+  HWY_ALIGN std::int16_t value[2][2 * kPart];
+};
+
+HWY_INLINE void look_up_edges(const CornerWindow& window, int from, int n, const std::array<CornerModel::Line, 2>& across,
+                              const std::array<std::uint8_t, 2>& shape, Profiles& profiles) {
   const Tag d;
-  const hn::Rebind<std::uint8_t, Tag> d8;
   const hn::RebindToUnsigned<Tag> du16;
   const int step = static_cast<int>(hn::Lanes(d));
   HWY_ALIGN std::uint16_t cell[2][kPart];
-  HWY_ALIGN std::int16_t distance[2][kPart];
-  HWY_ALIGN std::int16_t value[2][2 * kPart];
   const auto low = hn::Set(d, -EdgeProfile::kReachQ10), high = hn::Set(d, EdgeProfile::kReachQ10 - 1);
   for (int k = 0; k < n; k += step) {
     const auto du = hn::Load(d, window.du.data() + from + k), dv = hn::Load(d, window.dv.data() + from + k);
     for (int edge = 0; edge < 2; ++edge) {
-      const auto s = hn::Min(hn::Max(line(d, model.across[static_cast<std::size_t>(edge)], du, dv), low), high);
-      hn::Store(s, d, distance[edge] + k);
+      const auto s = hn::Min(hn::Max(line(d, across[static_cast<std::size_t>(edge)], du, dv), low), high);
+      hn::Store(s, d, profiles.distance[edge] + k);
       hn::Store(hn::BitCast(du16, hn::ShiftRight<2>(hn::Sub(s, low))), du16, cell[edge] + k);
     }
   }
-  look_up(cell[0], n, value[0]);
-  look_up(cell[1], n, value[1]);
+  look_up(shape[0], cell[0], n, profiles.value[0]);
+  look_up(shape[1], cell[1], n, profiles.value[1]);
+}
+
+struct Bracket {
+  hn::Vec<Tag> value, move1, move2, blur;
+};
+
+HWY_INLINE Bracket bracket(const Profiles& profiles, int k, hn::Vec<Tag> rho) {
+  const Tag d;
+  hn::Vec<Tag> step1, slope1, step2, slope2;
+  hn::LoadInterleaved2(d, profiles.value[0] + 2 * k, step1, slope1);
+  hn::LoadInterleaved2(d, profiles.value[1] + 2 * k, step2, slope2);
+  const auto s1 = hn::ShiftLeft<2>(hn::Load(d, profiles.distance[0] + k));
+  const auto s2 = hn::ShiftLeft<2>(hn::Load(d, profiles.distance[1] + k));
+  Bracket b;
+  b.value = hn::SaturatedAdd(hn::MulFixedPoint15(step1, step2),
+                             hn::MulFixedPoint15(hn::MulFixedPoint15(slope1, slope2), rho));
+  b.move1 = hn::MulFixedPoint15(slope1, step2);
+  b.move2 = hn::MulFixedPoint15(step1, slope2);
+  b.blur = hn::Add(hn::MulFixedPoint15(s1, b.move1), hn::MulFixedPoint15(s2, b.move2));
+  return b;
+}
+
+HWY_INLINE hn::Vec<Tag> times4(hn::Vec<Tag> x) {
+  const auto twice = hn::SaturatedAdd(x, x);
+  return hn::SaturatedAdd(twice, twice);
+}
+
+HWY_INLINE hn::Vec<Tag> sharpened(hn::Vec<Tag> x, hn::Vec<Tag> wider, hn::Vec<Tag> amount) {
+  return hn::SaturatedAdd(x, hn::MulFixedPoint15(times4(hn::SaturatedSub(x, wider)), amount));
+}
+
+// Columns of the pixels from 'from', n of them, a multiple of the vector's length.
+template <bool kSharpened>
+HWY_INLINE void fill(const CornerWindow& window, const std::uint8_t* HWY_RESTRICT pixels, int from, int n,
+                     const CornerModel& model, Part& part) {
+  const Tag d;
+  const hn::Rebind<std::uint8_t, Tag> d8;
+  const int step = static_cast<int>(hn::Lanes(d));
+  Profiles own, wide;
+  look_up_edges(window, from, n, model.across, model.shape, own);
+  if constexpr (kSharpened) look_up_edges(window, from, n, model.mask.across, model.mask.shape, wide);
   const auto quarter = hn::Set(d, 1 << 13), half = hn::Set(d, 1 << 14);
   const auto rho = hn::Set(d, model.rho_q15), mean = hn::Set(d, model.mean_q6), contrast = hn::Set(d, model.contrast_q8);
+  const auto store = [&](hn::Vec<Tag> column, int which, int k) HWY_ATTR {
+    if constexpr (kSharpened)
+      column = hn::Min(hn::Max(column, hn::Set(d, -kMostSharpened)), hn::Set(d, kMostSharpened));
+    hn::Store(column, d, part.column[which] + k);
+  };
   for (int k = 0; k < n; k += step) {
-    hn::Vec<Tag> step1, slope1, step2, slope2;
-    hn::LoadInterleaved2(d, value[0] + 2 * k, step1, slope1);
-    hn::LoadInterleaved2(d, value[1] + 2 * k, step2, slope2);
+    Bracket b = bracket(own, k, rho);
+    if constexpr (kSharpened) {
+      const auto amount = hn::Set(d, model.mask.amount_q13), narrower = hn::Set(d, model.mask.narrower_q15);
+      const Bracket w = bracket(wide, k, rho);
+      b.value = sharpened(b.value, w.value, amount);
+      b.move1 = sharpened(b.move1, hn::MulFixedPoint15(w.move1, narrower), amount);
+      b.move2 = sharpened(b.move2, hn::MulFixedPoint15(w.move2, narrower), amount);
+      b.blur = sharpened(b.blur, hn::MulFixedPoint15(hn::MulFixedPoint15(w.blur, narrower), narrower), amount);
+    }
     const auto du = hn::Load(d, window.du.data() + from + k), dv = hn::Load(d, window.dv.data() + from + k);
-    const auto shape = hn::SaturatedAdd(hn::MulFixedPoint15(step1, step2),
-                                        hn::MulFixedPoint15(hn::MulFixedPoint15(slope1, slope2), rho));
-    const auto move1 = hn::MulFixedPoint15(slope1, step2), move2 = hn::MulFixedPoint15(step1, slope2);
     const auto level = hn::ShiftLeft<6>(hn::PromoteTo(d, hn::LoadU(d8, pixels + from + k)));
-    const auto residual = hn::SaturatedSub(hn::SaturatedSub(level, mean), hn::MulFixedPoint15(contrast, shape));
+    auto residual = hn::SaturatedSub(hn::SaturatedSub(level, mean), hn::MulFixedPoint15(contrast, b.value));
+    if constexpr (kSharpened) {
+      residual = hn::IfThenElse(hn::Eq(level, hn::Set(d, 255 << 6)), hn::Max(residual, hn::Zero(d)), residual);
+      residual = hn::IfThenElse(hn::Eq(level, hn::Zero(d)), hn::Min(residual, hn::Zero(d)), residual);
+    }
     const auto bounded = hn::Min(hn::Max(hn::MulFixedPoint15(residual, half), hn::Set(d, -4080)), hn::Set(d, 4080));
-    const auto s1 = hn::ShiftLeft<2>(hn::Load(d, distance[0] + k)), s2 = hn::ShiftLeft<2>(hn::Load(d, distance[1] + k));
     hn::Store(hn::Load(d, window.one.data() + from + k), d, part.column[CornerSums::kMean] + k);
-    hn::Store(hn::MulFixedPoint15(shape, quarter), d, part.column[CornerSums::kContrast] + k);
-    hn::Store(hn::Add(hn::MulFixedPoint15(s1, move1), hn::MulFixedPoint15(s2, move2)), d,
-              part.column[CornerSums::kBlur] + k);
-    hn::Store(hn::MulFixedPoint15(line(d, model.along[0], du, dv), move1), d, part.column[CornerSums::kTurn1] + k);
-    hn::Store(hn::MulFixedPoint15(line(d, model.along[1], du, dv), move2), d, part.column[CornerSums::kTurn2] + k);
-    hn::Store(hn::MulFixedPoint15(move1, quarter), d, part.column[CornerSums::kMove1] + k);
-    hn::Store(hn::MulFixedPoint15(move2, quarter), d, part.column[CornerSums::kMove2] + k);
+    store(hn::MulFixedPoint15(b.value, quarter), CornerSums::kContrast, k);
+    store(b.blur, CornerSums::kBlur, k);
+    store(hn::MulFixedPoint15(line(d, model.along[0], du, dv), b.move1), CornerSums::kTurn1, k);
+    store(hn::MulFixedPoint15(line(d, model.along[1], du, dv), b.move2), CornerSums::kTurn2, k);
+    store(hn::MulFixedPoint15(b.move1, quarter), CornerSums::kMove1, k);
+    store(hn::MulFixedPoint15(b.move2, quarter), CornerSums::kMove2, k);
     hn::Store(bounded, d, part.column[CornerSums::kResidual] + k);
   }
 }
@@ -130,10 +185,15 @@ void Sums(const CornerWindow& window, const std::uint8_t* pixels, const CornerMo
   sums = {};
   const int step = static_cast<int>(hn::Lanes(Tag()));
   Part part;
-  for (int from = 0; from < window.size; from += kPart) {
-    const int pixels_here = std::min(kPart, window.size - from);
+  const bool is_sharpened = model.mask.amount_q13 != 0;
+  const int most = is_sharpened ? kSharpenedPart : kPart;
+  for (int from = 0; from < window.size; from += most) {
+    const int pixels_here = std::min(most, window.size - from);
     const int n = (pixels_here + step - 1) / step * step;
-    fill(window, pixels, from, n, model, part);
+    if (is_sharpened)
+      fill<true>(window, pixels, from, n, model, part);
+    else
+      fill<false>(window, pixels, from, n, model, part);
     if (n > pixels_here) {  // what the last vector holds beyond the window counts nothing
       const Tag d;
       const auto inside = hn::FirstN(d, static_cast<std::size_t>(pixels_here + step - n));

@@ -1,4 +1,8 @@
-// The step edge seen through a Gaussian blur, in a table: E(s) = erf(s / sqrt 2) and D(s) = E'(s) = sqrt(2/pi) exp(-s^2/2).
+// The step edge as a camera shows it, in tables: E(s) from -1 to 1 across the edge, and D(s) = E'(s); s is the distance from the
+// edge in standard deviations of the blur. The lens's part of the blur is a normal distribution; the pixel averages over its
+// area, which across an edge of normal n is a box of |nx| and one of |ny| px. Both together have the variance
+// blur^2 = lens^2 + 1/12 px^2 whatever the direction; what their mixture changes is the shape, from the normal distribution
+// (E(s) = erf(s / sqrt 2)) to the box, by how much of the variance is the box's.
 #pragma once
 
 #include <array>
@@ -12,6 +16,8 @@ class EdgeProfile {
  public:
   static constexpr int kReachQ10 = 4 << 10;
   static constexpr int kCells = 2 * kReachQ10 / 4;
+  // Shape k: a box with k/16 of the variance, a normal distribution with the rest.
+  static constexpr int kShapes = 17;
 
   struct Value {
     std::int16_t step;   // E, Q14, +-16384
@@ -21,7 +27,12 @@ class EdgeProfile {
 
   // Cell of s in Q10, -kReachQ10 <= s < kReachQ10.
   [[nodiscard]] static constexpr int cell(int s_q10) { return (s_q10 + kReachQ10) >> 2; }
-  [[nodiscard]] static const Table& table();
+  // 0 <= shape < kShapes. The first call of a process makes the tables (some milliseconds, no heap).
+  [[nodiscard]] static const Table& table(int shape);
+
+  // The shape of an edge with this normal (Q14, unit length) and blur (Q12 px), by the excess kurtosis of its derivative:
+  // two boxes have -(nx^4 + ny^4) / (120 blur^4), and one with the part f of the variance has -1.2 f^2.
+  [[nodiscard]] static int shape_of(std::int32_t nx_q14, std::int32_t ny_q14, std::int64_t blur_q12);
 };
 
 }  // namespace srd::dsp

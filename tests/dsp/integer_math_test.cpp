@@ -98,7 +98,7 @@ TEST(FixedLdl, LeavesNothingOfARightHandSideThatItsColumnsMake) {
 TEST(EdgeProfile, IsTheErrorFunctionAtTheMiddleOfItsCells) {
   for (int s = -4096; s < 4096; ++s) {
     const double middle = (s - (s & 3) + 1.5) / 1024;
-    const auto value = EdgeProfile::table()[static_cast<std::size_t>(EdgeProfile::cell(s))];
+    const auto value = EdgeProfile::table(0)[static_cast<std::size_t>(EdgeProfile::cell(s))];
     EXPECT_NEAR(value.step / 16384.0, std::erf(middle / std::sqrt(2.0)), 4e-5);
     EXPECT_NEAR(value.slope / 16384.0, std::sqrt(2 / M_PI) * std::exp(-middle * middle / 2), 4e-5);
   }

@@ -10,6 +10,7 @@
 
 #include "dsp/frontend/chess_response.hpp"
 #include "dsp/frontend/corner_sums.hpp"
+#include "dsp/frontend/edge_profile.hpp"
 
 namespace srd::dsp {
 namespace {
@@ -141,10 +142,21 @@ TEST_P(VectorKernels, CornerSumsEqualTheDefinition) {
     const CornerWindow& window = corner_window(kLeastHalfWindow + k % (kMostHalfWindow - kLeastHalfWindow + 1));
     const auto pixels = random_pixels(random, CornerWindow::kRoom);
     CornerModel model;
-    // Blur down to 0.36 px, the corner up to 7 px off the window's centre.
-    for (auto& line : model.across) {
-      const double angle = static_cast<double>(random() % 6283) / 1000, size = static_cast<double>(random() % 2845);
+    // Blur down to the pixel's own, the corner up to 7 px off the window's centre.
+    const auto across = [&](CornerModel::Line& line) {
+      const double angle = static_cast<double>(random() % 6283) / 1000, size = static_cast<double>(random() % 3548);
       line = {static_cast<std::int16_t>(size * std::cos(angle)), static_cast<std::int16_t>(size * std::sin(angle)), number(20000)};
+    };
+    const auto shape = [&] { return static_cast<std::uint8_t>(random() % EdgeProfile::kShapes); };
+    for (std::size_t edge = 0; edge < 2; ++edge) {
+      across(model.across[edge]);
+      across(model.mask.across[edge]);
+      model.shape[edge] = shape();
+      model.mask.shape[edge] = shape();
+    }
+    if (k % 2 == 1) {
+      model.mask.amount_q13 = static_cast<std::int16_t>(random() % (CornerModel::kMostAmountQ13 + 1));
+      model.mask.narrower_q15 = static_cast<std::int16_t>(random() % 32768);
     }
     for (auto& line : model.along) line = {number(1024), number(1024), number(7168)};
     model.rho_q15 = number(31785);
