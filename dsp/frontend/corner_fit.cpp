@@ -217,7 +217,10 @@ bool fit_corner(const GrayView& image, const CornerShape& start, const CornerFit
   if (state.blur >= kMaxBlur || state.contrast > kMostContrast || state.mean < kLeastMean || state.mean > kMostMean)
     return false;
 
-  const std::int64_t variance_q12 = solver.remainder(2) / (window.size - (CornerSums::kColumns - 1));
+  // Of a sharpened image, pixels that were cut off at black and white do not count.
+  const std::int64_t pixels_used = sums.product[CornerSums::kMean][CornerSums::kMean] >> (2 * CornerSums::kQ[CornerSums::kMean]);
+  if (2 * pixels_used < window.size) return false;
+  const std::int64_t variance_q12 = solver.remainder(2) / (pixels_used - (CornerSums::kColumns - 1));
   const std::int64_t residual_q6 = isqrt(static_cast<std::uint64_t>(variance_q12));
   const std::int64_t contrast_q6 = state.contrast >> 10;
   if (residual_q6 * 100 > contrast_q6 * options.max_residual_percent) return false;

@@ -91,10 +91,10 @@ void corner_sums(const CornerWindow& window, const std::uint8_t* pixels, const C
       // The wider blur grows by blur / wider of what the blur grows.
       here.blur = sharpened(here.blur, multiply(multiply(wider.blur, narrower), narrower), amount);
     }
-    std::int16_t residual_q6 =
+    const std::int16_t residual_q6 =
         saturate(saturate((pixels[i] << 6) - model.mean_q6) - multiply(model.contrast_q8, here.value));
-    // Overshoot is cut off at black and white: beyond them the model is right whatever it says.
-    if (amount != 0 && ((pixels[i] == 255 && residual_q6 < 0) || (pixels[i] == 0 && residual_q6 > 0))) residual_q6 = 0;
+    // Overshoot is cut off at black and white: where the model goes beyond them, the pixel says nothing.
+    if (amount != 0 && ((pixels[i] == 255 && residual_q6 < 0) || (pixels[i] == 0 && residual_q6 > 0))) continue;
     std::array<std::int32_t, CornerSums::kColumns> column;
     column[CornerSums::kMean] = window.one[i];
     column[CornerSums::kContrast] = cut(quarter(here.value));

@@ -124,9 +124,9 @@ HWY_INLINE void fill(const CornerWindow& window, const std::uint8_t* HWY_RESTRIC
   if constexpr (kSharpened) look_up_edges(window, from, n, model.mask.across, model.mask.shape, wide);
   const auto quarter = hn::Set(d, 1 << 13), half = hn::Set(d, 1 << 14);
   const auto rho = hn::Set(d, model.rho_q15), mean = hn::Set(d, model.mean_q6), contrast = hn::Set(d, model.contrast_q8);
-  const auto store = [&](hn::Vec<Tag> column, int which, int k) HWY_ATTR {
+  const auto store = [&](hn::Vec<Tag> column, hn::Mask<Tag> cut_off, int which, int k) HWY_ATTR {
     if constexpr (kSharpened)
-      column = hn::Min(hn::Max(column, hn::Set(d, -kMostSharpened)), hn::Set(d, kMostSharpened));
+      column = hn::IfThenZeroElse(cut_off, hn::Min(hn::Max(column, hn::Set(d, -kMostSharpened)), hn::Set(d, kMostSharpened)));
     hn::Store(column, d, part.column[which] + k);
   };
   for (int k = 0; k < n; k += step) {
@@ -141,20 +141,22 @@ HWY_INLINE void fill(const CornerWindow& window, const std::uint8_t* HWY_RESTRIC
     }
     const auto du = hn::Load(d, window.du.data() + from + k), dv = hn::Load(d, window.dv.data() + from + k);
     const auto level = hn::ShiftLeft<6>(hn::PromoteTo(d, hn::LoadU(d8, pixels + from + k)));
-    auto residual = hn::SaturatedSub(hn::SaturatedSub(level, mean), hn::MulFixedPoint15(contrast, b.value));
+    const auto residual = hn::SaturatedSub(hn::SaturatedSub(level, mean), hn::MulFixedPoint15(contrast, b.value));
+    // Where the model goes beyond black or white, which cut the overshoot off, the pixel says nothing.
+    auto cut_off = hn::Lt(residual, residual);
     if constexpr (kSharpened) {
-      residual = hn::IfThenElse(hn::Eq(level, hn::Set(d, 255 << 6)), hn::Max(residual, hn::Zero(d)), residual);
-      residual = hn::IfThenElse(hn::Eq(level, hn::Zero(d)), hn::Min(residual, hn::Zero(d)), residual);
+      cut_off = hn::Or(hn::And(hn::Eq(level, hn::Set(d, 255 << 6)), hn::Lt(residual, hn::Zero(d))),
+                       hn::And(hn::Eq(level, hn::Zero(d)), hn::Gt(residual, hn::Zero(d))));
     }
     const auto bounded = hn::Min(hn::Max(hn::MulFixedPoint15(residual, half), hn::Set(d, -4080)), hn::Set(d, 4080));
-    hn::Store(hn::Load(d, window.one.data() + from + k), d, part.column[CornerSums::kMean] + k);
-    store(hn::MulFixedPoint15(b.value, quarter), CornerSums::kContrast, k);
-    store(b.blur, CornerSums::kBlur, k);
-    store(hn::MulFixedPoint15(line(d, model.along[0], du, dv), b.move1), CornerSums::kTurn1, k);
-    store(hn::MulFixedPoint15(line(d, model.along[1], du, dv), b.move2), CornerSums::kTurn2, k);
-    store(hn::MulFixedPoint15(b.move1, quarter), CornerSums::kMove1, k);
-    store(hn::MulFixedPoint15(b.move2, quarter), CornerSums::kMove2, k);
-    hn::Store(bounded, d, part.column[CornerSums::kResidual] + k);
+    store(hn::Load(d, window.one.data() + from + k), cut_off, CornerSums::kMean, k);
+    store(hn::MulFixedPoint15(b.value, quarter), cut_off, CornerSums::kContrast, k);
+    store(b.blur, cut_off, CornerSums::kBlur, k);
+    store(hn::MulFixedPoint15(line(d, model.along[0], du, dv), b.move1), cut_off, CornerSums::kTurn1, k);
+    store(hn::MulFixedPoint15(line(d, model.along[1], du, dv), b.move2), cut_off, CornerSums::kTurn2, k);
+    store(hn::MulFixedPoint15(b.move1, quarter), cut_off, CornerSums::kMove1, k);
+    store(hn::MulFixedPoint15(b.move2, quarter), cut_off, CornerSums::kMove2, k);
+    store(bounded, cut_off, CornerSums::kResidual, k);
   }
 }
 

@@ -7,24 +7,31 @@ namespace srd::dsp {
 
 namespace {
 
-// What the model leaves of the starts' corners, squares of the residual over the contrast, Q24. A start that gives no corner
-// counts as much as the worst that would be one.
+constexpr std::size_t kMostStarts = 64;
+
+// What the model leaves of the better three quarters of the starts' corners: squares of the residual over the contrast, Q24. A
+// start that gives no corner counts as much as the worst that would be one.
 std::int64_t left_over(const GrayView& image, std::span<const CornerShape> starts, const CornerFitOptions& options) {
   const std::int64_t worst = (options.max_residual_percent << 12) / 100;
-  std::int64_t sum = 0;
+  std::array<std::int64_t, kMostStarts> parts{};
+  std::size_t n = 0;
   for (const CornerShape& start : starts) {
     CornerFit fit;
     std::int64_t part = worst;
     if (fit_corner(image, start, options, fit))
       part = std::min<std::int64_t>(fit.residual_q6 * 64 / std::max<int>(fit.corner.contrast, 1), worst);
-    sum += part * part;
+    parts[n++] = part * part;
   }
+  std::sort(parts.begin(), parts.begin() + static_cast<std::ptrdiff_t>(n));
+  std::int64_t sum = 0;
+  for (std::size_t i = 0; i < (3 * n + 3) / 4; ++i) sum += parts[i];
   return sum;
 }
 
 }  // namespace
 
 Sharpening measure_sharpening(const GrayView& image, std::span<const CornerShape> starts, const CornerFitOptions& options) {
+  starts = starts.first(std::min(starts.size(), kMostStarts));
   CornerFitOptions trial = options;
   trial.sharpening = {};
   const std::int64_t without = left_over(image, starts, trial);
@@ -37,19 +44,28 @@ Sharpening measure_sharpening(const GrayView& image, std::span<const CornerShape
     least = left;
     best = trial.sharpening;
   };
-  constexpr std::array<std::int32_t, 4> kAmounts{4096 * 3 / 10, 4096 * 7 / 10, 4096 * 13 / 10, 4096 * 22 / 10};
+  constexpr std::array<std::int32_t, 4> kAmounts{4096 * 3 / 10, 4096 * 6 / 10, 4096 * 11 / 10, 4096 * 18 / 10};
   for (const std::int32_t amount : kAmounts) attempt(amount, 4096);
   if (best.amount_q12 == 0) attempt(4096 / 2, 2 * 4096);
   if (best.amount_q12 == 0) return {};
-  // From there along one and the other, in steps that shrink.
-  for (const std::int32_t radius : {2867, 5734, 8192}) attempt(best.amount_q12, radius);
-  for (const int percent : {25, 12, 6}) {
-    const Sharpening from = best;
-    attempt(from.amount_q12 * (100 + percent) / 100, from.radius_q12);
-    attempt(from.amount_q12 * (100 - percent) / 100, from.radius_q12);
-    const Sharpening now = best;
-    attempt(now.amount_q12, now.radius_q12 * (100 + percent) / 100);
-    attempt(now.amount_q12, now.radius_q12 * (100 - percent) / 100);
+  for (const std::int32_t radius : {2867, 5734, 8192})
+    for (const std::int32_t amount : kAmounts) attempt(amount, radius);
+  // From the best of these along the valley, in which a larger radius wants a smaller amount, and across it.
+  for (const int percent : {20, 10, 5}) {
+    for (int again = 0; again < 5; ++again) {
+      const Sharpening from = best;
+      const auto step = [&](int of_amount, int of_radius) {
+        attempt(from.amount_q12 * (100 + of_amount) / 100, from.radius_q12 * (100 + of_radius) / 100);
+      };
+      step(percent, 0);
+      step(-percent, 0);
+      step(percent, -percent);
+      step(-percent, percent);
+      step(-2 * percent, percent);
+      step(0, percent);
+      step(0, -percent);
+      if (best == from) break;
+    }
   }
   // A print's own faults are explained a little by anything.
   constexpr int kLeastGainPercent = 5;

@@ -10,8 +10,8 @@
 
 namespace srd::dsp {
 
-// starts: where corners may be, with the shapes that a fit starts from; those that are none do no harm, a few dozen that are
-// decide. Amount 0 unless another one explains clearly more. options.sharpening is not looked at.
+// starts: where corners may be, with the shapes that a fit starts from, the first 64 are read; a quarter of them may be none.
+// Amount 0 unless another one explains clearly more. options.sharpening is not looked at.
 [[nodiscard]] Sharpening measure_sharpening(const GrayView& image, std::span<const CornerShape> starts,
                                             const CornerFitOptions& options);
 

@@ -13,6 +13,7 @@ TrackStatus SurfaceTracker<S>::acquire(PerCamera& camera, const GrayView& image)
   DetectorOptions detector = options_.detector;
   detector.region = camera.setup.region;
   const std::span<const CornerFit> corners = camera.detector->detect(image, detector);
+  camera.track.fit.sharpening = camera.detector->sharpening();
   const Result<CornerGrid> grid = camera.labeller->label(corners);
   for (std::size_t i = 0; i < points_.size(); ++i) {
     if (!camera.predictions.valid(i)) continue;

@@ -32,7 +32,7 @@ Result<SurfaceTracker<S>> SurfaceTracker<S>::make(std::span<const CameraSetup<S>
   SurfaceTracker tracker(std::move(made).value(), pattern, guess);
   tracker.points_ = std::move(points);
   tracker.options_ = options;
-  tracker.track_ = {options.detector.response, options.detector.threshold, options.detector.fit};
+  const TrackOptions track{options.detector.response, options.detector.threshold, options.detector.fit};
   if (tracker.options_.min_corners <= 0) tracker.options_.min_corners = (model.modes.size() + 1) / 2 + 2;
   tracker.polarity_known_ = pattern.first_square() != FirstSquare::kUnknown;
   tracker.bright_origin_ = pattern.first_square() == FirstSquare::kBright;
@@ -40,7 +40,7 @@ Result<SurfaceTracker<S>> SurfaceTracker<S>::make(std::span<const CameraSetup<S>
   for (const CameraSetup<S>& setup : cameras) {
     if (setup.width <= 0 || setup.height <= 0) return Errc::kInvalidArgument;
     PerCamera& camera = tracker.cameras_.emplace_back(
-        PerCamera{setup, Predictor<S>(setup.view, model, media, tracker.points_), {}, {}, nullptr, nullptr});
+        PerCamera{setup, Predictor<S>(setup.view, model, media, tracker.points_), {}, track, {}, nullptr, nullptr});
     camera.blur_q12.assign(n, kUsualBlurQ12);
     camera.observations.reserve(n);
     camera.detector = std::make_unique<CornerDetector>(setup.width, setup.height, kMaxDetections);
@@ -135,12 +135,12 @@ void SurfaceTracker<S>::follow(PerCamera& camera, const GrayView& image) {
     if (i + 1 < points_.size() && camera.predictions.valid(i + 1)) {
       const Vec2<S>& next = camera.predictions[i + 1].pixel;
       prefetch_window(image, static_cast<int>(next.x()), static_cast<int>(next.y()),
-                      radius + track_.response.radius);
+                      radius + camera.track.response.radius);
     }
     CornerFit fit;
     const Tracked tracked =
         track_corner(image, camera.setup.region, expected_shape(p, bright(static_cast<int>(i)), camera.blur_q12[i]),
-                     radius, track_, fit);
+                     radius, camera.track, fit);
     if (tracked == Tracked::kOutside) continue;
     ++result_.expected;
     if (tracked != Tracked::kFound) continue;

@@ -85,6 +85,7 @@ class SurfaceTracker {
     CameraSetup<S> setup;
     Predictor<S> predictions;                // one a point
     std::vector<std::int32_t> blur_q12;      // of each point, as last seen
+    TrackOptions track;                      // its sharpening: as the last full detection found it
     std::vector<Observation<S>> observations;
     std::unique_ptr<CornerDetector> detector;
     std::unique_ptr<GridLabeller> labeller;
@@ -116,7 +117,6 @@ class SurfaceTracker {
   StartHistory<S> history_;
   Coefficients<S> guess_;
   SurfaceTrackerOptions options_;
-  TrackOptions track_;
   std::vector<PerCamera> cameras_;
   std::vector<S> errors_, sorted_errors_;
   bool bright_origin_ = false;     // the square towards +X +Y of W's origin is bright

@@ -68,10 +68,46 @@ class OpencvCorners {
   std::size_t n_ = 0;
 };
 
-// guess: level, mm. The tracker works in S. opencv_frames: so many frames also go to cornerSubPix.
+// A camera whose image processor reduces its frames to half by area and sharpens them by an unsharp mask: the scene is what its
+// sensor sees, in twice the size.
+class HalvingCamera {
+ public:
+  explicit HalvingCamera(double amount, double radius_px = 1) : amount_(amount), radius_(radius_px) {}
+  // The scene whose frames this camera delivers when its sensor sees a frame of 'scene' at twice the size.
+  [[nodiscard]] static Scene at_twice_the_size(Scene scene) {
+    const dsp::CameraModel<double> camera = scene.calibration.camera;
+    // The middle of the first pixel is the middle of four.
+    scene.calibration.camera = dsp::CameraModel<double>::make(2 * camera.fx(), 2 * camera.fy(), 2 * camera.cx() + 0.5,
+                                                              2 * camera.cy() + 0.5, camera.distortion())
+                                   .value();
+    scene.calibration.image_width *= 2;
+    scene.calibration.image_height *= 2;
+    return scene;
+  }
+  void take(const std::vector<std::uint8_t>& sensor, const GrayView& image, std::vector<std::uint8_t>& pixels) const {
+    const cv::Mat large(2 * image.height, 2 * image.width, CV_8U, const_cast<std::uint8_t*>(sensor.data()));
+    cv::Mat exact, reduced, smooth;
+    large.convertTo(exact, CV_32F);
+    cv::resize(exact, reduced, {image.width, image.height}, 0, 0, cv::INTER_AREA);
+    if (amount_ > 0) {
+      cv::GaussianBlur(reduced, smooth, {0, 0}, radius_);
+      reduced = reduced + amount_ * (reduced - smooth);
+    }
+    cv::Mat out(image.height, image.width, CV_8U, pixels.data());
+    reduced.convertTo(out, CV_8U);
+  }
+
+ private:
+  double amount_, radius_;
+};
+
+// guess: level, mm. The tracker works in S. opencv_frames: so many frames also go to cornerSubPix. camera: see there; noise
+// is the sensor's then.
 template <class S>
-FlumeRun run_flume(const Scene& scene, int frames, double guess = 80, int opencv_frames = 0) {
-  Renderer renderer = Renderer::make(scene).value();
+FlumeRun run_flume(const Scene& scene, int frames, double guess = 80, int opencv_frames = 0,
+                   const HalvingCamera* camera = nullptr) {
+  Renderer renderer = Renderer::make(camera != nullptr ? HalvingCamera::at_twice_the_size(scene) : scene).value();
+  std::vector<std::uint8_t> sensor(camera != nullptr ? static_cast<std::size_t>(4 * scene.width() * scene.height()) : 0);
   const auto points = scene.points();
   const dsp::View<double> view = scene.view();
   const dsp::CameraSetup<S> setup{view.cast<S>(), scene.width(), scene.height(), {}};
@@ -97,7 +133,12 @@ FlumeRun run_flume(const Scene& scene, int frames, double guess = 80, int opencv
   std::vector<double> errors;
   for (int k = 0; k < frames; ++k) {
     const auto frame = static_cast<std::uint64_t>(k);
-    renderer.render(frame, {pixels.data(), scene.width(), scene.height(), scene.width()});
+    if (camera != nullptr) {
+      renderer.render(frame, {sensor.data(), 2 * scene.width(), 2 * scene.height(), 2 * scene.width()});
+      camera->take(sensor, image, pixels);
+    } else {
+      renderer.render(frame, {pixels.data(), scene.width(), scene.height(), scene.width()});
+    }
     const auto truth = truth_pixels(scene, frame).value();
     if (k < opencv_frames) opencv.add(image, truth);
     for (std::size_t i = 0; i < before.size(); ++i)
