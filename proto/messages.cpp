@@ -51,6 +51,8 @@ const char* to_string(FrameStatus status) {
     case FrameStatus::kDropped: return "dropped";
     case FrameStatus::kDark: return "dark";
     case FrameStatus::kPoorFit: return "poor_fit";
+    case FrameStatus::kInconsistent: return "inconsistent";
+    case FrameStatus::kInterlaced: return "interlaced";
   }
   return "unknown";
 }

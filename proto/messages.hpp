@@ -27,8 +27,10 @@ enum class FrameStatus : std::uint8_t {
   kDropped = 8,        // not processed in time
   kDark = 9,           // a frame without light, on purpose
   kPoorFit = 10,       // a surface was fitted, but its corners disagree with it: another identity, or beyond the model
+  kInconsistent = 11,  // a surface was fitted, but its corners contradict each other far more than they do as a rule
+  kInterlaced = 12,    // a surface was fitted, but the image's even and odd rows are of two moments
 };
-inline constexpr int kFrameStatusCount = 11;
+inline constexpr int kFrameStatusCount = 13;
 [[nodiscard]] const char* to_string(FrameStatus status);
 
 enum class NodeState : std::uint8_t { kStarting = 0, kSearching = 1, kTracking = 2, kLost = 3, kStopping = 4 };

@@ -171,6 +171,39 @@ std::int64_t deviation_q12(const Ldl& solver, const State& state, std::int64_t r
   return shift_rounded(spread_q20 * clamp(root_q16, 1 << 22) / det, 10);
 }
 
+// From the move columns: what moves the model on even rows to one side and on odd rows to the other. The rows' own noise is what
+// neither explains.
+float rows_apart(const GrayView& image, int cu, int cv, int w, const State& state, const Sharpening& sharpening) {
+  const CornerModel model = model_of(state, sharpening);
+  const int side = 2 * w + 1;
+  std::array<CornerSums, 2> sums;
+  for (int parity = 0; parity < 2; ++parity) {
+    std::array<std::uint8_t, CornerWindow::kRoom> pixels;
+    std::uint8_t* out = pixels.data();
+    for (int dv = -w; dv <= w; ++dv) {
+      if ((dv & 1) != parity) continue;
+      std::memcpy(out, image.row(cv + dv) + cu - w, static_cast<std::size_t>(side));
+      out += side;
+    }
+    corner_sums(corner_window_rows(w, parity), pixels.data(), model, sums[static_cast<std::size_t>(parity)]);
+  }
+  const auto both = [&](CornerSums::Column a, CornerSums::Column b) {
+    return static_cast<double>(sums[0].product[a][b] + sums[1].product[a][b]);
+  };
+  const auto between = [&](CornerSums::Column a, CornerSums::Column b) {
+    return static_cast<double>(sums[0].product[a][b] - sums[1].product[a][b]);
+  };
+  constexpr auto k1 = CornerSums::kMove1, k2 = CornerSums::kMove2, kR = CornerSums::kResidual;
+  const double m11 = both(k1, k1), m12 = both(k1, k2), m22 = both(k2, k2), g1 = between(k1, kR), g2 = between(k2, kR);
+  const double det = m11 * m22 - m12 * m12;
+  if (!(det > 0)) return 0;
+  const double explained = (m22 * g1 * g1 - 2 * m12 * g1 * g2 + m11 * g2 * g2) / det;
+  const double rest = (both(kR, kR) - explained) / (side * side - CornerSums::kColumns - 1);
+  // Rounding alone leaves 1/12 of a grey level's square.
+  const double least = (1 << (2 * CornerSums::kQ[kR])) / 12.0;
+  return static_cast<float>(explained / std::max(rest, least));
+}
+
 }  // namespace
 
 bool fit_corner(const GrayView& image, const CornerShape& start, const CornerFitOptions& options, CornerFit& fit) {
@@ -237,6 +270,7 @@ bool fit_corner(const GrayView& image, const CornerShape& start, const CornerFit
   fit.corner.contrast = static_cast<std::uint8_t>(std::clamp<std::int64_t>(state.contrast >> 16, 0, 255));
   fit.residual_q6 = static_cast<std::int32_t>(residual_q6);
   fit.iterations = iteration + 1;
+  fit.rows_apart = options.compare_rows ? rows_apart(image, cu, cv, w, state, options.sharpening) : 0;
   return true;
 }
 

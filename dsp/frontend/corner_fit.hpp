@@ -43,6 +43,7 @@ struct CornerFitOptions {
   int max_residual_percent = 35;  // rms of the residual against the contrast
   int max_travel_q12 = 3 * 4096;  // how far the corner may lie from the start, px
   Sharpening sharpening;
+  bool compare_rows = false;   // fill CornerFit::rows_apart
 };
 
 struct CornerFit {
@@ -50,6 +51,9 @@ struct CornerFit {
   CornerShape shape;
   std::int32_t residual_q6 = 0;  // rms of the fit, grey levels
   int iterations = 0;
+  // With compare_rows: how surely even and odd rows show the corner in two places, as the two moments of an interlaced picture
+  // do: chi-square of 2 degrees of freedom. 0: not compared.
+  float rows_apart = 0;
 };
 
 // Two edges through the 16 samples of the circle of this radius (5 or 10) round (u, v): a start for the fit.

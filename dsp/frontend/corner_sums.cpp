@@ -8,16 +8,31 @@ namespace srd::dsp {
 
 namespace {
 
-constexpr CornerWindow make_window(int half_window) {
+// Rows dv with dv mod 2 = parity; all of them with -1.
+constexpr CornerWindow make_window(int half_window, int parity) {
   CornerWindow window;
-  for (int dv = -half_window; dv <= half_window; ++dv)
+  for (int dv = -half_window; dv <= half_window; ++dv) {
+    if (parity >= 0 && (dv & 1) != parity) continue;
     for (int du = -half_window; du <= half_window; ++du) {
       const auto at = static_cast<std::size_t>(window.size++);
       window.du[at] = static_cast<std::int16_t>(du);
       window.dv[at] = static_cast<std::int16_t>(dv);
       window.one[at] = 1 << 11;
     }
+  }
   return window;
+}
+
+using Windows = std::array<CornerWindow, kMostHalfWindow - kLeastHalfWindow + 1>;
+constexpr Windows make_windows(int parity) {
+  Windows windows;
+  for (int w = kLeastHalfWindow; w <= kMostHalfWindow; ++w)
+    windows[static_cast<std::size_t>(w - kLeastHalfWindow)] = make_window(w, parity);
+  return windows;
+}
+
+std::size_t place_of(int half_window) {
+  return static_cast<std::size_t>(std::clamp(half_window, kLeastHalfWindow, kMostHalfWindow) - kLeastHalfWindow);
 }
 
 constexpr std::int16_t saturate(int x) { return static_cast<std::int16_t>(std::clamp(x, -32768, 32767)); }
@@ -68,9 +83,13 @@ std::int16_t cut(std::int16_t column) { return std::clamp<std::int16_t>(column, 
 }  // namespace
 
 const CornerWindow& corner_window(int half_window) {
-  static constexpr std::array<CornerWindow, kMostHalfWindow - kLeastHalfWindow + 1> kWindows{
-      make_window(3), make_window(4), make_window(5), make_window(6), make_window(7), make_window(8)};
-  return kWindows[static_cast<std::size_t>(std::clamp(half_window, kLeastHalfWindow, kMostHalfWindow) - kLeastHalfWindow)];
+  static constexpr Windows kWindows = make_windows(-1);
+  return kWindows[place_of(half_window)];
+}
+
+const CornerWindow& corner_window_rows(int half_window, int parity) {
+  static constexpr std::array<Windows, 2> kWindows{make_windows(0), make_windows(1)};
+  return kWindows[static_cast<std::size_t>(parity)][place_of(half_window)];
 }
 
 namespace scalar {

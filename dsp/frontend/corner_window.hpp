@@ -18,5 +18,7 @@ struct CornerWindow {
 
 // half_window: kLeastHalfWindow .. kMostHalfWindow.
 [[nodiscard]] const CornerWindow& corner_window(int half_window);
+// Every second row of it: parity 0 with the rows 0, +-2, .. of the centre, 1 with those between.
+[[nodiscard]] const CornerWindow& corner_window_rows(int half_window, int parity);
 
 }  // namespace srd::dsp

@@ -113,6 +113,13 @@ const FrameResult<S>& SurfaceTracker<S>::process(std::span<const GrayView> image
     if (++missed_ > kPatience) history_.reset();
     if (history_.size() == 0) state_ = TrackState::kSearching;
   }
+  // The track goes on: what a frame contradicts is its surface, not where the corners are.
+  if (status == TrackStatus::kOk) {
+    for (std::size_t c = 0; c < cameras_.size(); ++c)
+      if (is_interlaced(cameras_[c], images[c])) status = TrackStatus::kInterlaced;
+    if (is_inconsistent() && status == TrackStatus::kOk) status = TrackStatus::kInconsistent;
+  }
+  ++processed_;
   result_.status = status;
   result_.state = state_;
   result_.found = count_found();
@@ -222,6 +229,46 @@ bool SurfaceTracker<S>::drop_outliers() {
     camera.observations.resize(kept);
   }
   return dropped;
+}
+
+// Follows what residuals usually are, faster down than up, so that a row of bad frames does not become the rule at once.
+template <class S>
+bool SurfaceTracker<S>::is_inconsistent() {
+  constexpr int kFewCorners = 10;  // whose residuals say little
+  const S now = result_.estimate.variance_factor;
+  const Stop stop = result_.estimate.stop;
+  if (stop == Stop::kDeadline || stop == Stop::kMaxIterations) return false;  // not its corners' fault
+  if (options_.inconsistent_factor <= 0 || result_.estimate.corners_used < kFewCorners || !(now > 0)) return false;
+  if (usual_variance_ <= 0) usual_variance_ = now;
+  const bool inconsistent = now > static_cast<S>(options_.inconsistent_factor) * std::max(usual_variance_, S(1));
+  usual_variance_ += (now < usual_variance_ ? S(0.2) : S(0.02)) * (now - usual_variance_);
+  return inconsistent;
+}
+
+// A few corners of a frame, others in the next: their even rows against their odd ones.
+template <class S>
+bool SurfaceTracker<S>::is_interlaced(const PerCamera& camera, const GrayView& image) const {
+  constexpr std::size_t kLooked = 4;
+  // Chi-square of 2 and, for all, 8 degrees of freedom: 1 in 10^6 and 1 in 10^11 of progressive frames.
+  constexpr float kSurely = 28, kAllSurely = 68;
+  const std::size_t n = camera.observations.size();
+  if (n < kLooked) return false;
+  CornerFitOptions options = camera.track.fit;
+  options.compare_rows = true;
+  int apart = 0;
+  float sum = 0;
+  for (std::size_t k = 0; k < kLooked; ++k) {
+    const Observation<S>& o = camera.observations[(processed_ + k * n / kLooked) % n];
+    const auto point = static_cast<std::size_t>(o.point);
+    CornerShape start = expected_shape(camera.predictions[point], bright(o.point), camera.blur_q12[point]);
+    start.u = Pixel::from_raw(static_cast<std::int32_t>(std::lround(o.pixel.x() * S(Pixel::kOne))));
+    start.v = Pixel::from_raw(static_cast<std::int32_t>(std::lround(o.pixel.y() * S(Pixel::kOne))));
+    CornerFit fit;
+    if (!fit_corner(image, start, options, fit)) continue;
+    sum += fit.rows_apart;
+    apart += fit.rows_apart > kSurely ? 1 : 0;
+  }
+  return apart >= 2 && sum > kAllSurely;
 }
 
 template class SurfaceTracker<float>;

@@ -26,6 +26,9 @@ struct SurfaceTrackerOptions {
   double max_deviation_mm = 1.0;  // a surface less sure than this (Estimate::height_deviation) is none; 0: no limit
   double outlier_factor = 5;     // corners beyond this times the frame's own scatter (median) are left out; 0: none
   double sigma_floor_px = 0.01;  // added to a corner's own deviation: what the surface model leaves over
+  // A frame whose squared residuals, in units of what corners say of themselves, are so many times those of the frames before
+  // is inconsistent; 0: none is. What a print's own faults leave is in the frames before, too.
+  double inconsistent_factor = 9;
   bool weigh_corners = true;     // false: every corner counts alike, as in the published method
 };
 
@@ -38,6 +41,8 @@ enum class TrackStatus : std::uint8_t {
   kTooFewCorners,  // or too close together: the surface is less sure than max_deviation_mm
   kAmbiguous,      // two placements of the pattern fit alike; no surface is given
   kPoorFit,        // rms above max_rms_px: a wrong identity, or a surface beyond the model
+  kInconsistent,   // its corners contradict each other far more than they do as a rule: see inconsistent_factor
+  kInterlaced,     // even and odd rows of the image are of two moments: no surface is of one
   kSolverFailed,   // see estimate.stop
   kBadImage,       // an image of another size than the first
 };
@@ -51,6 +56,10 @@ struct FrameResult {
   int found = 0;            // corners located
   Estimate<S> estimate;     // valid with kOk; estimate.corners_used were used
   bool has_surface() const { return status == TrackStatus::kOk; }
+  // Also one that the frame contradicts: for whoever looks at the status.
+  bool has_estimate() const {
+    return has_surface() || status == TrackStatus::kInconsistent || status == TrackStatus::kInterlaced;
+  }
   // The corners used, camera by camera; valid until the next process().
   std::array<std::span<const Observation<S>>, kMaxCameras> observations{};
 };
@@ -109,6 +118,8 @@ class SurfaceTracker {
   // timed: the estimator's deadline holds. A search of the whole image has none: it takes longer than any frame may.
   [[nodiscard]] TrackStatus estimate(std::span<const Coefficients<S>> starts, bool timed);
   [[nodiscard]] bool drop_outliers();
+  [[nodiscard]] bool is_inconsistent();
+  [[nodiscard]] bool is_interlaced(const PerCamera& camera, const GrayView& image) const;
   [[nodiscard]] int count_found() const;
 
   Pattern pattern_;
@@ -123,6 +134,8 @@ class SurfaceTracker {
   bool polarity_known_ = false;
   TrackState state_ = TrackState::kSearching;
   int missed_ = 0;  // frames without a surface in a row
+  S usual_variance_ = 0;  // Estimate::variance_factor of the frames before; 0: none yet
+  std::uint32_t processed_ = 0;  // frames
   FrameResult<S> result_;
 };
 

@@ -112,6 +112,8 @@ const char* advice_for(dsp::TrackStatus status) {
   switch (status) {
     case dsp::TrackStatus::kAmbiguous: return "a better surface.guess_mm, or pattern.first_square";
     case dsp::TrackStatus::kPoorFit: return "geometry.pose and the index of water; surface.guess_mm";
+    case dsp::TrackStatus::kInconsistent: return "nothing that moves over the pattern, no glare, an exposure that freezes the waves";
+    case dsp::TrackStatus::kInterlaced: return "a progressive mode of the camera: it delivers interlaced pictures";
     case dsp::TrackStatus::kSolverFailed: return "fewer surface.parameters, or more corners in the image";
     case dsp::TrackStatus::kTooFewCorners: return "more of the pattern in the image, less glare";
     default: return "aim and focus the camera, uncover the pattern; pattern and detector.threshold in the configuration";

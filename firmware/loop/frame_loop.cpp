@@ -46,6 +46,8 @@ proto::FrameStatus status_of(const dsp::FrameResult<float>& result) {
     case TrackStatus::kTooFewCorners: return FrameStatus::kTooFewCorners;
     case TrackStatus::kAmbiguous: return FrameStatus::kAmbiguous;
     case TrackStatus::kPoorFit: return FrameStatus::kPoorFit;
+    case TrackStatus::kInconsistent: return FrameStatus::kInconsistent;
+    case TrackStatus::kInterlaced: return FrameStatus::kInterlaced;
     case TrackStatus::kSolverFailed: return FrameStatus::kFailed;
     case TrackStatus::kBadImage: return FrameStatus::kBadFrame;
   }
@@ -207,7 +209,7 @@ void FrameLoop::make_record(const Captured& captured) {
         last_singular_ = result.estimate.rank;
       }
     }
-    if (result.has_surface()) {
+    if (result.has_estimate()) {
       const dsp::Estimate<float>& estimate = result.estimate;
       record_.coefficients = estimate.coefficients;
       if (!proto::quantise(estimate.information, record_.information)) record_.information = {};
@@ -217,7 +219,7 @@ void FrameLoop::make_record(const Captured& captured) {
       record_.at_bound = estimate.at_bound;
       record_.iterations = static_cast<std::uint32_t>(estimate.iterations);
       record_.corners_used = static_cast<std::uint32_t>(estimate.corners_used);
-      count(counters_.surfaces);
+      if (result.has_surface()) count(counters_.surfaces);
     }
   }
   record_.total_us = static_cast<std::uint32_t>(

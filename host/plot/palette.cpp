@@ -32,7 +32,7 @@ Colour viridis(double at) {
 Colour status_colour(std::string_view status) {
   if (status == "lost") return kVermilion;
   if (status == "searching") return kPurple;
-  if (status == "poor_fit") return kGreen;
+  if (status == "poor_fit" || status == "inconsistent" || status == "interlaced") return kGreen;
   if (status == "too_few_corners") return kSky;
   if (status == "dropped") return {140, 140, 140};
   return kBlack;

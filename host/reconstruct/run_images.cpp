@@ -21,6 +21,8 @@ const char* status_word(dsp::TrackStatus status, dsp::TrackState state, dsp::Sto
     case dsp::TrackStatus::kNoPattern: return state == dsp::TrackState::kLost ? "lost" : "searching";
     case dsp::TrackStatus::kTooFewCorners: return "too_few_corners";
     case dsp::TrackStatus::kAmbiguous: return "ambiguous";
+    case dsp::TrackStatus::kInconsistent: return "inconsistent";
+    case dsp::TrackStatus::kInterlaced: return "interlaced";
     case dsp::TrackStatus::kPoorFit:
     case dsp::TrackStatus::kSolverFailed: return "failed";
     case dsp::TrackStatus::kBadImage: return "bad_frame";
@@ -168,7 +170,7 @@ Outcome<RunResult> run_images(const RunPlan& plan, const Progress& progress) {
     const dsp::FrameResult<double>& found = tracker->process(frame, plan.times_ns[i]);
     record.expected = found.expected;
     record.found = found.found;
-    if (found.has_surface() || found.status == dsp::TrackStatus::kSolverFailed) record.estimate = found.estimate;
+    if (found.has_estimate() || found.status == dsp::TrackStatus::kSolverFailed) record.estimate = found.estimate;
     record.status = status_word(found.status, found.state, found.estimate.stop);
     for (std::size_t c = 0; c < plan.cameras.size(); ++c)
       record.corners[c].assign(found.observations[c].begin(), found.observations[c].end());

@@ -142,7 +142,7 @@ void take_out_dark(CoefficientRun& run) {
 }  // namespace
 
 bool CoefficientRow::is_flagged() const {
-  return !has_surface() || status == "poor_fit" || status == "not_converged";
+  return !has_surface() || status == "poor_fit" || status == "inconsistent" || status == "interlaced" || status == "not_converged";
 }
 
 std::uint64_t missing_between(const CoefficientRow& before, const CoefficientRow& row) {

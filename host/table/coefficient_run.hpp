@@ -27,7 +27,7 @@ struct CoefficientRow {
   dsp::Coefficients<double> standard_deviation;  // mm; NaN where undetermined
 
   [[nodiscard]] bool has_surface() const;
-  // No surface, or one that the node itself doubts: status poor_fit or not_converged.
+  // No surface, or one that the node itself doubts: status poor_fit, inconsistent, interlaced or not_converged.
   [[nodiscard]] bool is_flagged() const;
 };
 

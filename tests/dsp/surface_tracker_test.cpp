@@ -36,6 +36,22 @@ class Flume {
     renderer_.render(number, {pixels_.data(), scene_.width(), scene_.height(), scene_.width()});
     return view();
   }
+  // Even rows of one frame, odd rows of another.
+  GrayView interlaced(std::uint64_t even, std::uint64_t odd) {
+    frame(odd);
+    const std::vector<std::uint8_t> other = pixels_;
+    frame(even);
+    for (int v = 1; v < scene_.height(); v += 2)
+      std::copy_n(other.begin() + v * scene_.width(), scene_.width(), pixels_.begin() + v * scene_.width());
+    return view();
+  }
+  // Columns from u on, shifted by a pixel to the right.
+  void tear(int u) {
+    for (int v = 0; v < scene_.height(); ++v) {
+      const auto row = pixels_.begin() + v * scene_.width();
+      std::copy_backward(row + u, row + scene_.width() - 1, row + scene_.width());
+    }
+  }
   GrayView view() const { return {pixels_.data(), scene_.width(), scene_.height(), scene_.width()}; }
   // Covers a rectangle with grey.
   void cover(int u0, int v0, int u1, int v1, std::uint8_t level) {
@@ -93,6 +109,53 @@ TEST(SurfaceTracker, FollowsTheFlumeWithinHundredthsOfAMillimetre) {
     sum += flume.error2(k, result.estimate.coefficients);
   }
   EXPECT_LT(std::sqrt(sum / 20), 0.02);
+}
+
+TEST(SurfaceTracker, TellsInterlacedPicturesFromTheirFirstOne) {
+  Flume flume;
+  auto tracker = flume.tracker();
+  for (std::uint64_t k = 0; k < 12; ++k) {
+    const auto& result = step(tracker, flume.interlaced(k, k + 1), k);
+    EXPECT_EQ(result.status, TrackStatus::kInterlaced) << k;
+    EXPECT_TRUE(result.has_estimate());
+    EXPECT_FALSE(result.has_surface());
+    EXPECT_EQ(result.acquired, k == 0);
+  }
+}
+
+TEST(SurfaceTracker, TakesNoProgressivePictureForAnInterlacedOne) {
+  for (const double noise : {0.0, 1.0, 4.0}) {
+    Scene scene = default_scene();
+    scene.noise = noise;
+    for (ModeMotion& motion : scene.motions) motion.frequency_hz *= 8;
+    Flume flume(scene);
+    auto tracker = flume.tracker();
+    for (std::uint64_t k = 0; k < 30; ++k) EXPECT_EQ(step(tracker, flume.frame(k), k).status, TrackStatus::kOk) << k;
+  }
+}
+
+TEST(SurfaceTracker, TellsAFrameWhoseCornersContradictEachOther) {
+  Flume flume;
+  auto tracker = flume.tracker();
+  for (std::uint64_t k = 0; k < 12; ++k) {
+    flume.frame(k);
+    const bool torn = k == 5 || k == 6;
+    if (torn) flume.tear(640);
+    const auto& result = step(tracker, flume.view(), k);
+    EXPECT_EQ(result.status, torn ? TrackStatus::kInconsistent : TrackStatus::kOk) << k;
+    EXPECT_TRUE(result.has_estimate());
+  }
+}
+
+// A print's own faults, or a pose's, are in every frame: they are not what a frame contradicts.
+TEST(SurfaceTracker, WhatEveryFrameLeavesIsNoContradiction) {
+  Flume flume;
+  auto tracker = flume.tracker(80, FirstSquare::kDark, {}, {0.4, -0.3, 0.5});
+  for (std::uint64_t k = 0; k < 12; ++k) {
+    const auto& result = step(tracker, flume.frame(k), k);
+    EXPECT_EQ(result.status, TrackStatus::kOk) << k;
+    EXPECT_GT(result.estimate.variance_factor, 2) << k;
+  }
 }
 
 TEST(SurfaceTracker, StatedDeviationsCoverTheError) {
