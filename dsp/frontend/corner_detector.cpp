@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "dsp/frontend/edge_profile.hpp"
 #include "dsp/frontend/response_top.hpp"
 #include "dsp/frontend/sharpening.hpp"
 
@@ -22,6 +23,7 @@ CornerDetector::CornerDetector(int max_width, int max_height, int max_corners)
   maxima_.reserve(16 * max_corners_);
   bucket_next_.reserve(16 * max_corners_);
   corners_.reserve(max_corners_);
+  EdgeProfile::prepare();
 }
 
 std::span<const CornerFit> CornerDetector::detect(const GrayView& image, const DetectorOptions& options) {

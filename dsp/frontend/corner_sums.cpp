@@ -112,8 +112,11 @@ void corner_sums(const CornerWindow& window, const std::uint8_t* pixels, const C
     }
     const std::int16_t residual_q6 =
         saturate(saturate((pixels[i] << 6) - model.mean_q6) - multiply(model.contrast_q8, here.value));
-    // Overshoot is cut off at black and white: where the model goes beyond them, the pixel says nothing.
-    if (amount != 0 && ((pixels[i] == 255 && residual_q6 < 0) || (pixels[i] == 0 && residual_q6 > 0))) continue;
+    // Black and white cut the overshoot off: where the model goes beyond them, or nearly, such a pixel says nothing. Only
+    // beyond would choose pixels by their noise.
+    if (amount != 0 && ((pixels[i] == 255 && residual_q6 < CornerModel::kNearlyCutOffQ6) ||
+                        (pixels[i] == 0 && residual_q6 > -CornerModel::kNearlyCutOffQ6)))
+      continue;
     std::array<std::int32_t, CornerSums::kColumns> column;
     column[CornerSums::kMean] = window.one[i];
     column[CornerSums::kContrast] = cut(quarter(here.value));

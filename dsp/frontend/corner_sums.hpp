@@ -34,6 +34,7 @@ struct CornerModel {
     std::array<std::uint8_t, 2> shape{};
   } mask;
   static constexpr std::int16_t kMostAmountQ13 = 3 << 13;
+  static constexpr std::int16_t kNearlyCutOffQ6 = 12 << 6;  // grey levels
   std::int16_t rho_q15 = 0;       // n1.n2
   std::int16_t mean_q6 = 0;       // grey levels
   std::int16_t contrast_q8 = 0;   // grey levels, half difference of bright and dark

@@ -142,11 +142,11 @@ HWY_INLINE void fill(const CornerWindow& window, const std::uint8_t* HWY_RESTRIC
     const auto du = hn::Load(d, window.du.data() + from + k), dv = hn::Load(d, window.dv.data() + from + k);
     const auto level = hn::ShiftLeft<6>(hn::PromoteTo(d, hn::LoadU(d8, pixels + from + k)));
     const auto residual = hn::SaturatedSub(hn::SaturatedSub(level, mean), hn::MulFixedPoint15(contrast, b.value));
-    // Where the model goes beyond black or white, which cut the overshoot off, the pixel says nothing.
+    // Black and white cut the overshoot off: where the model goes beyond them, or nearly, such a pixel says nothing.
     auto cut_off = hn::Lt(residual, residual);
     if constexpr (kSharpened) {
-      cut_off = hn::Or(hn::And(hn::Eq(level, hn::Set(d, 255 << 6)), hn::Lt(residual, hn::Zero(d))),
-                       hn::And(hn::Eq(level, hn::Zero(d)), hn::Gt(residual, hn::Zero(d))));
+      cut_off = hn::Or(hn::And(hn::Eq(level, hn::Set(d, 255 << 6)), hn::Lt(residual, hn::Set(d, CornerModel::kNearlyCutOffQ6))),
+                       hn::And(hn::Eq(level, hn::Zero(d)), hn::Gt(residual, hn::Set(d, -CornerModel::kNearlyCutOffQ6))));
     }
     const auto bounded = hn::Min(hn::Max(hn::MulFixedPoint15(residual, half), hn::Set(d, -4080)), hn::Set(d, 4080));
     store(hn::Load(d, window.one.data() + from + k), cut_off, CornerSums::kMean, k);

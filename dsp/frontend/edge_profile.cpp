@@ -10,8 +10,8 @@ namespace {
 
 using Tables = std::array<EdgeProfile::Table, EdgeProfile::kShapes>;
 
-// From additions, multiplications and divisions alone, which every machine rounds alike: no libm has a say in it.
-double root(double x) {
+// From additions, multiplications and divisions alone, which every machine and compiler round alike: no libm has a say in it.
+constexpr double root(double x) {
   double y = 1;
   for (int i = 0; i < 40; ++i) y = 0.5 * (y + x / y);
   return y;
@@ -20,7 +20,7 @@ double root(double x) {
 // exp(-s^2/2) as 1 / exp(s^2/2); erf(s/sqrt2) = sqrt(2/pi) exp(-s^2/2) (s + s^3/3 + s^5/15 + ..): all terms are positive.
 constexpr double kRootOfTwoOverPi = 0.7978845608028654;
 
-double bell(double s) {
+constexpr double bell(double s) {
   double power = 1, e = 1;
   for (int k = 1; power > 1e-9 * e; ++k) {
     power *= s * s / 2 / k;
@@ -30,7 +30,7 @@ double bell(double s) {
 }
 
 // Without the factor sqrt(2/pi) bell(s), s >= 0.
-double error_series(double s) {
+constexpr double error_series(double s) {
   double term = s, sum = s;
   for (int k = 1; term > 1e-9 * sum; ++k) {
     term *= s * s / (2 * k + 1);
@@ -39,20 +39,20 @@ double error_series(double s) {
   return sum;
 }
 
-double step_of_normal(double x, double deviation) {
+constexpr double step_of_normal(double x, double deviation) {
   const double s = (x < 0 ? -x : x) / deviation;
   const double value = s > 8 ? 1 : kRootOfTwoOverPi * bell(s) * error_series(s);
   return x < 0 ? -value : value;
 }
 
 // The integral of step_of_normal from 0.
-double ramp_of_normal(double x, double deviation) {
+constexpr double ramp_of_normal(double x, double deviation) {
   const double s = (x < 0 ? -x : x) / deviation;
   const double falls = s > 8 ? 0 : bell(s);
   return (x < 0 ? -x : x) * step_of_normal(x < 0 ? -x : x, deviation) + deviation * kRootOfTwoOverPi * (falls - 1);
 }
 
-EdgeProfile::Value value_at(double s, double box, double normal) {
+constexpr EdgeProfile::Value value_at(double s, double box, double normal) {
   double step = 0, slope = 0;
   if (box == 0) {
     step = step_of_normal(s, 1);
@@ -68,34 +68,31 @@ EdgeProfile::Value value_at(double s, double box, double normal) {
   return {rounded(step), rounded(slope)};
 }
 
-Tables make() {
+constexpr EdgeProfile::Table make(int shape) {
+  const double part = shape / double{EdgeProfile::kShapes - 1};
+  const double box = shape == 0 ? 0 : root(12 * part), normal = part < 1 ? root(1 - part) : 0;
+  EdgeProfile::Table table{};
+  for (int i = 0; i < EdgeProfile::kCells; ++i)  // a cell holds four numbers of Q10: their mean
+    table[static_cast<std::size_t>(i)] = value_at((4 * i + 1.5 - EdgeProfile::kReachQ10) / 1024, box, normal);
+  return table;
+}
+
+Tables make_all() {
   Tables tables{};
-  for (int shape = 0; shape < EdgeProfile::kShapes; ++shape) {
-    const double part = shape / double{EdgeProfile::kShapes - 1};
-    const double box = shape == 0 ? 0 : root(12 * part), normal = part < 1 ? root(1 - part) : 0;
-    for (int i = 0; i < EdgeProfile::kCells / 2; ++i) {
-      // The cell holds four numbers of Q10: their mean. The other side is the same but for the sign.
-      const double middle = (4 * (EdgeProfile::kCells / 2 + i) + 1.5 - EdgeProfile::kReachQ10) / 1024;
-      EdgeProfile::Table& table = tables[static_cast<std::size_t>(shape)];
-      table[static_cast<std::size_t>(EdgeProfile::kCells / 2 + i)] = value_at(middle, box, normal);
-      const double other = (4 * (EdgeProfile::kCells / 2 - 1 - i) + 1.5 - EdgeProfile::kReachQ10) / 1024;
-      table[static_cast<std::size_t>(EdgeProfile::kCells / 2 - 1 - i)] = value_at(other, box, normal);
-    }
-  }
+  for (int shape = 0; shape < EdgeProfile::kShapes; ++shape) tables[static_cast<std::size_t>(shape)] = make(shape);
   return tables;
 }
 
 }  // namespace
 
-const EdgeProfile::Table& EdgeProfile::table(int shape) {
-  alignas(64) static const Tables kTables = make();
+alignas(64) constinit const EdgeProfile::Table EdgeProfile::kNormal = make(0);
+
+const EdgeProfile::Table& EdgeProfile::mixed(int shape) {
+  alignas(64) static const Tables kTables = make_all();
   return kTables[static_cast<std::size_t>(shape)];
 }
 
-int EdgeProfile::shape_of(std::int32_t nx_q14, std::int32_t ny_q14, std::int64_t blur_q12) {
-  // Below 2.5/16 of the variance the shape is within 0.1 % of the contrast of the normal distribution's.
-  constexpr std::int64_t kWideQ12 = 4096 * 73 / 100;
-  if (blur_q12 >= kWideQ12) return 0;
+int EdgeProfile::sharp_shape_of(std::int32_t nx_q14, std::int32_t ny_q14, std::int64_t blur_q12) {
   const std::int64_t product_q14 = (static_cast<std::int64_t>(nx_q14) * ny_q14) >> 14;
   const std::int64_t fourth_q28 = (std::int64_t{1} << 28) - 2 * product_q14 * product_q14;  // nx^4 + ny^4
   const std::int64_t fourth_root_q14 = isqrt(static_cast<std::uint64_t>(std::max<std::int64_t>(fourth_q28, 0)));
