@@ -32,14 +32,14 @@ TEST(SlowFlume, EightParametersInPoorLightAreNearTheBound) {
 // A camera with an image processor: reduced by area from twice the size, then sharpened. The same noise on the sensor.
 TEST(SlowFlume, SharpenedFramesGiveTheSurfaceOfUnsharpenedOnes) {
   const HalvingCamera plain(0);
-  const FlumeRun unsharpened = run_flume<float>(bench::flume_scene(), 12, 80, 0, &plain);
+  const FlumeRun unsharpened = run_flume<float>(bench::flume_scene(), 8, 80, 0, &plain);
   unsharpened.print("flume, reduced");
-  EXPECT_EQ(unsharpened.surfaces, 12);
+  EXPECT_EQ(unsharpened.surfaces, 8);
   for (const double amount : {0.5, 1.0}) {
     const HalvingCamera camera(amount);
-    const FlumeRun run = run_flume<float>(bench::flume_scene(), 12, 80, 0, &camera);
+    const FlumeRun run = run_flume<float>(bench::flume_scene(), 8, 80, 0, &camera);
     run.print(amount < 1 ? "flume, reduced, unsharp mask 0.5" : "flume, reduced, unsharp mask 1");
-    EXPECT_EQ(run.surfaces, 12);
+    EXPECT_EQ(run.surfaces, 8);
     EXPECT_EQ(run.lost, 0);
     EXPECT_EQ(run.wrong, 0);
     EXPECT_LE(run.surface_rms_mm, 1.5 * unsharpened.surface_rms_mm);

@@ -114,7 +114,7 @@ TEST(SurfaceTracker, FollowsTheFlumeWithinHundredthsOfAMillimetre) {
 TEST(SurfaceTracker, TellsInterlacedPicturesFromTheirFirstOne) {
   Flume flume;
   auto tracker = flume.tracker();
-  for (std::uint64_t k = 0; k < 12; ++k) {
+  for (std::uint64_t k = 0; k < 6; ++k) {
     const auto& result = step(tracker, flume.interlaced(k, k + 1), k);
     EXPECT_EQ(result.status, TrackStatus::kInterlaced) << k;
     EXPECT_TRUE(result.has_estimate());
@@ -124,20 +124,20 @@ TEST(SurfaceTracker, TellsInterlacedPicturesFromTheirFirstOne) {
 }
 
 TEST(SurfaceTracker, TakesNoProgressivePictureForAnInterlacedOne) {
-  for (const double noise : {0.0, 1.0, 4.0}) {
+  for (const double noise : {0.0, 4.0}) {
     Scene scene = default_scene();
     scene.noise = noise;
     for (ModeMotion& motion : scene.motions) motion.frequency_hz *= 8;
     Flume flume(scene);
     auto tracker = flume.tracker();
-    for (std::uint64_t k = 0; k < 30; ++k) EXPECT_EQ(step(tracker, flume.frame(k), k).status, TrackStatus::kOk) << k;
+    for (std::uint64_t k = 0; k < 10; ++k) EXPECT_EQ(step(tracker, flume.frame(k), k).status, TrackStatus::kOk) << k;
   }
 }
 
 TEST(SurfaceTracker, TellsAFrameWhoseCornersContradictEachOther) {
   Flume flume;
   auto tracker = flume.tracker();
-  for (std::uint64_t k = 0; k < 12; ++k) {
+  for (std::uint64_t k = 0; k < 8; ++k) {
     flume.frame(k);
     const bool torn = k == 5 || k == 6;
     if (torn) flume.tear(640);
@@ -151,7 +151,7 @@ TEST(SurfaceTracker, TellsAFrameWhoseCornersContradictEachOther) {
 TEST(SurfaceTracker, WhatEveryFrameLeavesIsNoContradiction) {
   Flume flume;
   auto tracker = flume.tracker(80, FirstSquare::kDark, {}, {0.4, -0.3, 0.5});
-  for (std::uint64_t k = 0; k < 12; ++k) {
+  for (std::uint64_t k = 0; k < 6; ++k) {
     const auto& result = step(tracker, flume.frame(k), k);
     EXPECT_EQ(result.status, TrackStatus::kOk) << k;
     EXPECT_GT(result.estimate.variance_factor, 2) << k;
