@@ -83,24 +83,20 @@ HWY_INLINE void look_up_edges(const CornerWindow& window, int from, int n, const
   look_up(shape[1], cell[1], n, profiles.value[1]);
 }
 
-struct Bracket {
-  hn::Vec<Tag> value, move1, move2, blur;
-};
-
-HWY_INLINE Bracket bracket(const Profiles& profiles, int k, hn::Vec<Tag> rho) {
+// Not a struct of vectors: its constructor would not be of this vector unit.
+HWY_INLINE void bracket(const Profiles& profiles, int k, hn::Vec<Tag> rho, hn::Vec<Tag>& value, hn::Vec<Tag>& move1,
+                        hn::Vec<Tag>& move2, hn::Vec<Tag>& blur) {
   const Tag d;
   hn::Vec<Tag> step1, slope1, step2, slope2;
   hn::LoadInterleaved2(d, profiles.value[0] + 2 * k, step1, slope1);
   hn::LoadInterleaved2(d, profiles.value[1] + 2 * k, step2, slope2);
   const auto s1 = hn::ShiftLeft<2>(hn::Load(d, profiles.distance[0] + k));
   const auto s2 = hn::ShiftLeft<2>(hn::Load(d, profiles.distance[1] + k));
-  Bracket b;
-  b.value = hn::SaturatedAdd(hn::MulFixedPoint15(step1, step2),
-                             hn::MulFixedPoint15(hn::MulFixedPoint15(slope1, slope2), rho));
-  b.move1 = hn::MulFixedPoint15(slope1, step2);
-  b.move2 = hn::MulFixedPoint15(step1, slope2);
-  b.blur = hn::Add(hn::MulFixedPoint15(s1, b.move1), hn::MulFixedPoint15(s2, b.move2));
-  return b;
+  value = hn::SaturatedAdd(hn::MulFixedPoint15(step1, step2),
+                           hn::MulFixedPoint15(hn::MulFixedPoint15(slope1, slope2), rho));
+  move1 = hn::MulFixedPoint15(slope1, step2);
+  move2 = hn::MulFixedPoint15(step1, slope2);
+  blur = hn::Add(hn::MulFixedPoint15(s1, move1), hn::MulFixedPoint15(s2, move2));
 }
 
 HWY_INLINE hn::Vec<Tag> times4(hn::Vec<Tag> x) {
@@ -130,18 +126,20 @@ HWY_INLINE void fill(const CornerWindow& window, const std::uint8_t* HWY_RESTRIC
     hn::Store(column, d, part.column[which] + k);
   };
   for (int k = 0; k < n; k += step) {
-    Bracket b = bracket(own, k, rho);
+    hn::Vec<Tag> value, move1, move2, blur;
+    bracket(own, k, rho, value, move1, move2, blur);
     if constexpr (kSharpened) {
       const auto amount = hn::Set(d, model.mask.amount_q13), narrower = hn::Set(d, model.mask.narrower_q15);
-      const Bracket w = bracket(wide, k, rho);
-      b.value = sharpened(b.value, w.value, amount);
-      b.move1 = sharpened(b.move1, hn::MulFixedPoint15(w.move1, narrower), amount);
-      b.move2 = sharpened(b.move2, hn::MulFixedPoint15(w.move2, narrower), amount);
-      b.blur = sharpened(b.blur, hn::MulFixedPoint15(hn::MulFixedPoint15(w.blur, narrower), narrower), amount);
+      hn::Vec<Tag> wide_value, wide_move1, wide_move2, wide_blur;
+      bracket(wide, k, rho, wide_value, wide_move1, wide_move2, wide_blur);
+      value = sharpened(value, wide_value, amount);
+      move1 = sharpened(move1, hn::MulFixedPoint15(wide_move1, narrower), amount);
+      move2 = sharpened(move2, hn::MulFixedPoint15(wide_move2, narrower), amount);
+      blur = sharpened(blur, hn::MulFixedPoint15(hn::MulFixedPoint15(wide_blur, narrower), narrower), amount);
     }
     const auto du = hn::Load(d, window.du.data() + from + k), dv = hn::Load(d, window.dv.data() + from + k);
     const auto level = hn::ShiftLeft<6>(hn::PromoteTo(d, hn::LoadU(d8, pixels + from + k)));
-    const auto residual = hn::SaturatedSub(hn::SaturatedSub(level, mean), hn::MulFixedPoint15(contrast, b.value));
+    const auto residual = hn::SaturatedSub(hn::SaturatedSub(level, mean), hn::MulFixedPoint15(contrast, value));
     // Black and white cut the overshoot off: where the model goes beyond them, or nearly, such a pixel says nothing.
     auto cut_off = hn::Lt(residual, residual);
     if constexpr (kSharpened) {
@@ -150,12 +148,12 @@ HWY_INLINE void fill(const CornerWindow& window, const std::uint8_t* HWY_RESTRIC
     }
     const auto bounded = hn::Min(hn::Max(hn::MulFixedPoint15(residual, half), hn::Set(d, -4080)), hn::Set(d, 4080));
     store(hn::Load(d, window.one.data() + from + k), cut_off, CornerSums::kMean, k);
-    store(hn::MulFixedPoint15(b.value, quarter), cut_off, CornerSums::kContrast, k);
-    store(b.blur, cut_off, CornerSums::kBlur, k);
-    store(hn::MulFixedPoint15(line(d, model.along[0], du, dv), b.move1), cut_off, CornerSums::kTurn1, k);
-    store(hn::MulFixedPoint15(line(d, model.along[1], du, dv), b.move2), cut_off, CornerSums::kTurn2, k);
-    store(hn::MulFixedPoint15(b.move1, quarter), cut_off, CornerSums::kMove1, k);
-    store(hn::MulFixedPoint15(b.move2, quarter), cut_off, CornerSums::kMove2, k);
+    store(hn::MulFixedPoint15(value, quarter), cut_off, CornerSums::kContrast, k);
+    store(blur, cut_off, CornerSums::kBlur, k);
+    store(hn::MulFixedPoint15(line(d, model.along[0], du, dv), move1), cut_off, CornerSums::kTurn1, k);
+    store(hn::MulFixedPoint15(line(d, model.along[1], du, dv), move2), cut_off, CornerSums::kTurn2, k);
+    store(hn::MulFixedPoint15(move1, quarter), cut_off, CornerSums::kMove1, k);
+    store(hn::MulFixedPoint15(move2, quarter), cut_off, CornerSums::kMove2, k);
     store(bounded, cut_off, CornerSums::kResidual, k);
   }
 }

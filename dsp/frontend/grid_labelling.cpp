@@ -7,150 +7,193 @@ namespace srd::dsp {
 
 namespace {
 
-constexpr float kCone = 0.30f;      // sideways against forward distance of a neighbour, no step known yet
-constexpr float kTolerance = 0.33f;  // of a step: how far a neighbour may lie from where it is expected
+constexpr std::size_t kMostCells = 4;  // of a grid, a corner announced: more is mostly holes
+// A corner left out of the board speaks against it by half of what one in it speaks for it.
+constexpr float kLeftOut = 0.5f;
 
-struct Edges {
-  float eu, ev, fu, fv;
-};
-
-// Unit vectors along the two edges: the one nearer to the u axis turned to +u, the other to +v.
-Edges edges_of(const CornerShape& shape) {
-  const auto along = [](const Direction& n) {
-    return std::pair{static_cast<float>(-n.y) / 16384.0f, static_cast<float>(n.x) / 16384.0f};
-  };
-  auto a = along(shape.n1), b = along(shape.n2);
-  if (std::abs(a.first) < std::abs(b.first)) std::swap(a, b);
-  if (a.first < 0) a = {-a.first, -a.second};
-  if (b.second < 0) b = {-b.first, -b.second};
-  return {a.first, a.second, b.first, b.second};
+// (row, column) after a quarter turn from the columns' direction to the rows'.
+void turn_cell(int turns, int& row, int& column) {
+  for (; turns > 0; --turns) {
+    const int r = row;
+    row = column;
+    column = -r;
+  }
 }
 
 }  // namespace
 
-GridLabeller::GridLabeller(int max_corners) : max_corners_(static_cast<std::size_t>(max_corners)) {
-  nodes_.reserve(max_corners_);
-  queue_.reserve(max_corners_);
-  best_.reserve(max_corners_);
-  cells_.reserve(4 * max_corners_);
+GridLabeller::GridLabeller(int max_corners)
+    : max_corners_(static_cast<std::size_t>(max_corners)), links_(max_corners_), lattice_(max_corners_) {
+  cells_.reserve(kMostCells * max_corners_);
+  board_cells_.reserve(kMostCells * max_corners_);
+  weight_.reserve(max_corners_);
+  sorted_.reserve(max_corners_);
 }
 
-bool GridLabeller::bright_below_right(const CornerFit& corner) {
-  const Edges e = edges_of(corner.shape);
-  const float u = e.eu + e.fu, v = e.ev + e.fv;
-  const auto side = [&](const Direction& n) {
-    return static_cast<float>(n.x) * u + static_cast<float>(n.y) * v > 0;
+bool GridLabeller::bright_below_right(const CornerFit& corner) { return node_of(corner).bright; }
+
+float GridLabeller::usual_gap() {
+  sorted_.clear();
+  for (std::size_t i = 0; i < links_.nodes().size(); ++i)
+    if (const float gap = links_.gap(i); gap > 0) sorted_.push_back(gap);
+  if (sorted_.empty()) return 0;
+  const auto half = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
+  std::nth_element(sorted_.begin(), half, sorted_.end());
+  return *half;
+}
+
+Result<CornerGrid> GridLabeller::label(std::span<const CornerFit> corners, const GrayView& image) {
+  if (const Result<void> found = find_grids(corners, image); !found) return found.error();
+  CornerGrid& best = grids_[0];
+  best.lead = static_cast<float>(best.found - (grid_count_ > 1 ? grids_[1].found : 0));
+  return best;
+}
+
+Result<CornerGrid> GridLabeller::label(std::span<const CornerFit> corners, BoardSize board, const GrayView& image) {
+  if (const Result<void> found = find_grids(corners, image); !found) return found.error();
+  weigh(corners);
+  struct Choice {
+    std::size_t grid = 0;
+    int row = 0, column = 0;
+    float score = 0;
   };
-  return side(corner.shape.n1) == side(corner.shape.n2);
-}
-
-Result<CornerGrid> GridLabeller::label(std::span<const CornerFit> corners) {
-  if (corners.size() > max_corners_) return Errc::kTooSmall;
-  nodes_.clear();
-  for (const CornerFit& corner : corners) {
-    const Edges e = edges_of(corner.shape);
-    nodes_.push_back({corner.corner.u.to<float>(), corner.corner.v.to<float>(), e.eu, e.ev, e.fu, e.fv, 0, 0,
-                      bright_below_right(corner), false, 0, 0});
-  }
-  // A false corner may be a poor seed, so several are tried; a grid of more than half of the corners is the one.
-  constexpr std::size_t kSeeds = 24;
-  int best = 0;
-  std::size_t tried = 0;
-  best_.clear();
-  const std::size_t stride = std::max<std::size_t>(1, nodes_.size() / kSeeds);
-  for (std::size_t i = 0; i < nodes_.size() && tried < kSeeds; i += stride, ++tried) {
-    for (Node& node : nodes_) node.labelled = false;
-    const int found = grow(i);
-    if (found > best) {
-      best = found;
-      best_.assign(queue_.begin(), queue_.end());
-      // queue_ lists the members; keep their labels by re-growing only if a later seed spoils them.
-      if (2 * static_cast<std::size_t>(found) > nodes_.size()) break;
-    }
-  }
-  if (best < 2) return Errc::kNotFound;
-  for (Node& node : nodes_) node.labelled = false;
-  (void)grow(static_cast<std::size_t>(best_.front()));
-  int row0 = 0, row1 = 0, column0 = 0, column1 = 0;
-  for (const int i : queue_) {
-    const Node& node = nodes_[static_cast<std::size_t>(i)];
-    row0 = std::min(row0, node.row);
-    row1 = std::max(row1, node.row);
-    column0 = std::min(column0, node.column);
-    column1 = std::max(column1, node.column);
-  }
-  CornerGrid grid;
-  grid.rows = row1 - row0 + 1;
-  grid.columns = column1 - column0 + 1;
-  const std::size_t cells = static_cast<std::size_t>(grid.rows) * static_cast<std::size_t>(grid.columns);
-  if (cells > cells_.capacity()) return Errc::kAmbiguous;  // mostly holes: no board
-  cells_.assign(cells, -1);
-  for (const int i : queue_) {
-    const Node& node = nodes_[static_cast<std::size_t>(i)];
-    int& cell = cells_[static_cast<std::size_t>((node.row - row0) * grid.columns + node.column - column0)];
-    if (cell < 0) ++grid.found;
-    cell = i;
-  }
-  grid.cells = cells_;
-  return grid;
-}
-
-// Breadth first from the seed; returns how many corners joined. queue_ holds them in the order of joining.
-int GridLabeller::grow(std::size_t seed) {
-  queue_.clear();
-  queue_.push_back(static_cast<int>(seed));
-  nodes_[seed].labelled = true;
-  nodes_[seed].row = nodes_[seed].column = 0;
-  nodes_[seed].step_u = nodes_[seed].step_v = 0;
-  for (std::size_t head = 0; head < queue_.size(); ++head) {
-    const std::size_t from = static_cast<std::size_t>(queue_[head]);
-    for (const int axis : {0, 1})
-      for (const int sign : {1, -1}) {
-        const int next = nearest_along(from, axis, sign);
-        if (next < 0) continue;
-        Node& a = nodes_[from];
-        Node& b = nodes_[static_cast<std::size_t>(next)];
-        const float step = std::hypot(b.u - a.u, b.v - a.v);
-        (axis == 0 ? a.step_u : a.step_v) = step;
-        b.step_u = axis == 0 ? step : a.step_u;
-        b.step_v = axis == 1 ? step : a.step_v;
-        b.labelled = true;
-        b.row = a.row + (axis == 1 ? sign : 0);
-        b.column = a.column + (axis == 0 ? sign : 0);
-        queue_.push_back(next);
+  Choice best, second;
+  bool chosen = false;
+  second.score = 0;
+  for (std::size_t g = 0; g < grid_count_; ++g) {
+    const CornerGrid& grid = grids_[g];
+    if (grid.rows < board.rows || grid.columns < board.columns) continue;
+    float all = 0;
+    for (const int cell : grid.cells)
+      if (cell >= 0) all += weight_[static_cast<std::size_t>(cell)];
+    for (int row = 0; row + board.rows <= grid.rows; ++row)
+      for (int column = 0; column + board.columns <= grid.columns; ++column) {
+        float inside = 0;
+        for (int r = row; r < row + board.rows; ++r)
+          for (int c = column; c < column + board.columns; ++c)
+            if (const int cell = grid.at(r, c); cell >= 0) inside += weight_[static_cast<std::size_t>(cell)];
+        const Choice choice{g, row, column, inside - kLeftOut * (all - inside)};
+        if (!chosen || choice.score > best.score) {
+          if (chosen) second = best;
+          best = choice;
+          chosen = true;
+        } else if (choice.score > second.score) {
+          second = choice;
+        }
       }
   }
-  return static_cast<int>(queue_.size());
+  if (!chosen) return grids_[0];
+  const CornerGrid& grid = grids_[best.grid];
+  board_cells_.clear();
+  CornerGrid exact;
+  exact.rows = board.rows;
+  exact.columns = board.columns;
+  exact.lead = best.score - second.score;
+  for (int r = 0; r < board.rows; ++r)
+    for (int c = 0; c < board.columns; ++c) {
+      board_cells_.push_back(grid.at(best.row + r, best.column + c));
+      if (board_cells_.back() >= 0) ++exact.found;
+    }
+  exact.cells = board_cells_;
+  return exact;
 }
 
-// The unlabelled neighbour one step along an edge (axis 0: e, 1: f), of the other polarity; -1: none.
-int GridLabeller::nearest_along(std::size_t from, int axis, int sign) const {
-  const Node& a = nodes_[from];
-  const float du = static_cast<float>(sign) * (axis == 0 ? a.eu : a.fu);
-  const float dv = static_cast<float>(sign) * (axis == 0 ? a.ev : a.fv);
-  const float step = axis == 0 ? a.step_u : a.step_v;
-  int best = -1;
-  float best_distance = 0;
-  for (std::size_t i = 0; i < nodes_.size(); ++i) {
-    const Node& b = nodes_[i];
-    if (i == from) continue;
-    const float u = b.u - a.u, v = b.v - a.v;
-    const float forward = u * du + v * dv, sideways = std::abs(u * dv - v * du);
-    float distance = forward;
-    if (step > 0) {
-      distance = std::hypot(forward - step, sideways);
-      if (distance > kTolerance * step) continue;
-    } else if (forward <= 0 || sideways > kCone * forward) {
-      continue;
-    }
-    if (best < 0 || distance < best_distance) {
-      best = static_cast<int>(i);
-      best_distance = distance;
-    }
+Result<void> GridLabeller::find_grids(std::span<const CornerFit> corners, const GrayView& image) {
+  grid_count_ = 0;
+  cells_.clear();
+  if (corners.size() > max_corners_) return Errc::kTooSmall;
+  links_.build(corners, image);
+  lattice_.build(links_);
+  std::array<int, CornerLattice::kMostPieces> order{};
+  const auto count = static_cast<std::size_t>(lattice_.pieces());
+  for (std::size_t i = 0; i < count; ++i) order[i] = static_cast<int>(i);
+  std::sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count), [&](int a, int b) {
+    return lattice_.size(a) != lattice_.size(b) ? lattice_.size(a) > lattice_.size(b) : a < b;
+  });
+  bool holes = false;
+  for (std::size_t i = 0; i < count && lattice_.size(order[i]) > 0; ++i) holes = !lay_out(order[i]) || holes;
+  if (grid_count_ == 0) return holes ? Errc::kAmbiguous : Errc::kNotFound;
+  return {};
+}
+
+// Quarter turns after which the piece's columns run nearest to +u.
+int GridLabeller::turn_of(int piece) const {
+  const std::span<const CornerLattice::Place> places = lattice_.places();
+  float u = 0, v = 0;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (places[i].piece != piece) continue;
+    const CornerNode& node = links_.nodes()[i];
+    const auto turn = static_cast<std::size_t>(places[i].turn);
+    // The sum of both edges: half a right angle off the columns, and free of the edges' own skew.
+    u += node.along[turn][0] + node.along[(turn + 1) % 4][0];
+    v += node.along[turn][1] + node.along[(turn + 1) % 4][1];
   }
-  if (best < 0) return -1;
-  const Node& b = nodes_[static_cast<std::size_t>(best)];
-  return b.labelled || b.bright == a.bright ? -1 : best;
+  // Without a turn it points into the right lower quarter of the image; each turn moves the columns on to the next.
+  const bool right = u >= 0, below = v >= 0;
+  return right ? (below ? 0 : 3) : (below ? 1 : 2);
+}
+
+// The piece as a grid. False: no room, it is mostly holes.
+bool GridLabeller::lay_out(int piece) {
+  const std::span<const CornerLattice::Place> places = lattice_.places();
+  const int turn = turn_of(piece);
+  int row0 = 0, row1 = 0, column0 = 0, column1 = 0;
+  bool first = true;
+  const auto cell_of = [&](const CornerLattice::Place& place) {
+    int row = place.row, column = place.column;
+    turn_cell(turn, row, column);
+    return std::pair{row, column};
+  };
+  for (const CornerLattice::Place& place : places) {
+    if (place.piece != piece) continue;
+    const auto [row, column] = cell_of(place);
+    row0 = first ? row : std::min(row0, row);
+    row1 = first ? row : std::max(row1, row);
+    column0 = first ? column : std::min(column0, column);
+    column1 = first ? column : std::max(column1, column);
+    first = false;
+  }
+  CornerGrid& grid = grids_[grid_count_];
+  grid = {};
+  grid.rows = row1 - row0 + 1;
+  grid.columns = column1 - column0 + 1;
+  const std::size_t start = cells_.size();
+  const std::size_t room = static_cast<std::size_t>(grid.rows) * static_cast<std::size_t>(grid.columns);
+  if (room > cells_.capacity() - start) return false;
+  cells_.resize(start + room, -1);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (places[i].piece != piece) continue;
+    const auto [row, column] = cell_of(places[i]);
+    cells_[start + static_cast<std::size_t>((row - row0) * grid.columns + column - column0)] = static_cast<int>(i);
+    ++grid.found;
+  }
+  grid.cells = std::span(cells_).subspan(start, room);
+  ++grid_count_;
+  return true;
+}
+
+// Against the usual corner of the grids: a worse fit, less contrast, off the smooth map.
+void GridLabeller::weigh(std::span<const CornerFit> corners) {
+  weight_.assign(corners.size(), 0);
+  const auto middle = [&](auto&& value) {
+    sorted_.clear();
+    for (std::size_t i = 0; i < corners.size(); ++i)
+      if (lattice_.places()[i].piece >= 0) sorted_.push_back(value(corners[i]));
+    const auto half = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
+    std::nth_element(sorted_.begin(), half, sorted_.end());
+    return *half;
+  };
+  const auto contrast_of = [](const CornerFit& fit) { return static_cast<float>(std::max<int>(fit.corner.contrast, 1)); };
+  const auto residual_of = [&](const CornerFit& fit) {
+    return (static_cast<float>(fit.residual_q6) / 64 + 1) / contrast_of(fit);
+  };
+  const float contrast = middle(contrast_of), residual = middle(residual_of);
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    if (lattice_.places()[i].piece < 0) continue;
+    const float faint = std::min(1.0f, 2 * contrast_of(corners[i]) / contrast);
+    const float poor = residual_of(corners[i]) / (4 * residual), off = lattice_.misfit(i);
+    weight_[i] = faint / (1 + poor * poor + off * off);
+  }
 }
 
 }  // namespace srd::dsp

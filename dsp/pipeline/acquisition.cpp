@@ -12,9 +12,8 @@ TrackStatus SurfaceTracker<S>::acquire(PerCamera& camera, const GrayView& image)
   camera.observations.clear();
   DetectorOptions detector = options_.detector;
   detector.region = camera.setup.region;
-  const std::span<const CornerFit> corners = camera.detector->detect(image, detector);
-  camera.track.fit.sharpening = camera.detector->sharpening();
-  const Result<CornerGrid> grid = camera.labeller->label(corners);
+  const Result<CornerGrid> largest = camera.finder->find(image, detector);
+  camera.track.fit.sharpening = camera.finder->sharpening();
   for (std::size_t i = 0; i < points_.size(); ++i) {
     if (!camera.predictions.valid(i)) continue;
     const Vec2<S>& q = camera.predictions[i].pixel;
@@ -24,8 +23,16 @@ TrackStatus SurfaceTracker<S>::acquire(PerCamera& camera, const GrayView& image)
                   : within(q.x(), r.u0, r.u1) && within(q.y(), r.v0, r.v1))
       ++result_.expected;
   }
-  if (!grid) return TrackStatus::kNoPattern;
-  return place(camera, corners, *grid);
+  if (!largest) return TrackStatus::kNoPattern;
+  // The pattern need not be the largest board in view, nor in one piece: the largest grid that fits the prediction.
+  TrackStatus status = TrackStatus::kNoPattern;
+  for (const CornerGrid& grid : camera.finder->grids()) {
+    if (grid.found < std::min(largest->found, options_.min_corners)) break;
+    const TrackStatus placed = place(camera, camera.finder->corners(), grid);
+    if (placed == TrackStatus::kOk) return placed;
+    if (status == TrackStatus::kNoPattern) status = placed;
+  }
+  return status;
 }
 
 // Lays the detected grid on the pattern near where the pattern is predicted. The board repeats itself every second

@@ -40,11 +40,10 @@ Result<SurfaceTracker<S>> SurfaceTracker<S>::make(std::span<const CameraSetup<S>
   for (const CameraSetup<S>& setup : cameras) {
     if (setup.width <= 0 || setup.height <= 0) return Errc::kInvalidArgument;
     PerCamera& camera = tracker.cameras_.emplace_back(
-        PerCamera{setup, Predictor<S>(setup.view, model, media, tracker.points_), {}, track, {}, nullptr, nullptr});
+        PerCamera{setup, Predictor<S>(setup.view, model, media, tracker.points_), {}, track, {}, nullptr});
     camera.blur_q12.assign(n, kUsualBlurQ12);
     camera.observations.reserve(n);
-    camera.detector = std::make_unique<CornerDetector>(setup.width, setup.height, kMaxDetections);
-    camera.labeller = std::make_unique<GridLabeller>(kMaxDetections);
+    camera.finder = std::make_unique<BoardFinder>(setup.width, setup.height, kMaxDetections);
   }
   tracker.errors_.reserve(n * cameras.size());
   tracker.sorted_errors_.reserve(n * cameras.size());

@@ -10,9 +10,8 @@
 
 #include "dsp/estimate/estimator.hpp"
 #include "dsp/estimate/start_history.hpp"
-#include "dsp/frontend/corner_detector.hpp"
+#include "dsp/frontend/board_finder.hpp"
 #include "dsp/frontend/corner_tracker.hpp"
-#include "dsp/frontend/grid_labelling.hpp"
 #include "dsp/pipeline/pattern.hpp"
 #include "dsp/pipeline/predictor.hpp"
 
@@ -96,8 +95,7 @@ class SurfaceTracker {
     std::vector<std::int32_t> blur_q12;      // of each point, as last seen
     TrackOptions track;                      // its sharpening: as the last full detection found it
     std::vector<Observation<S>> observations;
-    std::unique_ptr<CornerDetector> detector;
-    std::unique_ptr<GridLabeller> labeller;
+    std::unique_ptr<BoardFinder> finder;
   };
 
   SurfaceTracker(SurfaceEstimator<S> estimator, const Pattern& pattern, const Coefficients<S>& guess);

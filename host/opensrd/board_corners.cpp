@@ -1,7 +1,6 @@
 #include "host/opensrd/board_corners.hpp"
 
-#include "dsp/frontend/corner_detector.hpp"
-#include "dsp/frontend/grid_labelling.hpp"
+#include "dsp/frontend/board_finder.hpp"
 
 namespace srd::host::opensrd {
 
@@ -21,13 +20,12 @@ Outcome<std::vector<BoardCorner>> find_board_corners(const GrayView& image, Patt
   options.response.radius = search.radius;
   options.threshold = search.threshold;
   options.min_distance = static_cast<int>(search.min_distance);
-  dsp::CornerDetector detector(image.width, image.height, kMostCorners);
-  const std::span<const dsp::CornerFit> corners = detector.detect(image, options);
+  dsp::BoardFinder finder(image.width, image.height, kMostCorners);
+  const Result<dsp::CornerGrid> grid = finder.find(image, options, {board.rows, board.columns});
+  const std::span<const dsp::CornerFit> corners = finder.corners();
   const std::string expected = "a board of " + grid_text(board.rows, board.columns) + " inner corners (" +
                                std::to_string(board.count()) + "), whole in the image";
   const std::string advice = "look at the image, at the board's size, and at ResponseThreshold and MinDistance";
-  dsp::GridLabeller labeller(kMostCorners);
-  const Result<dsp::CornerGrid> grid = labeller.label(corners);
   if (!grid)
     return Problem{Exit::kInput, "shows no board", where, expected,
                    std::to_string(corners.size()) + " corners, which make no grid", advice};
