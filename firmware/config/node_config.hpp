@@ -39,6 +39,7 @@ struct NodeConfig {
   Pace pace = Pace::kCamera;
   double frame_rate_hz = 50;       // of a live camera, and of a recording without frames.csv
   std::optional<std::filesystem::path> scene;  // of the simulator; none: the built-in flume
+  std::optional<double> recording_rate_hz;  // the times of a recording follow from its sequence, at this rate
   LiveCamera live;
 
   StrobeSection strobe;

@@ -115,8 +115,8 @@ Outcome<Preparation> prepare(const Settings& settings, const Overrides& override
 
     Outcome<std::vector<fs::path>> frames =
         overrides.features ? saved_features(*overrides.features, given, i, settings)
-        : plan.from_images ? image_files(given.frames)
-                           : feature_files(given.frames);
+        : plan.from_images ? image_files(given.frames, made.warnings)
+                           : feature_files(given.frames, made.warnings);
     if (!frames) return frames.error();
     camera.frames = std::move(frames).value();
     plan.cameras.push_back(std::move(camera));

@@ -72,7 +72,8 @@ void add_reconstruct_command(CLI::App& app, int& exit_code) {
   command->add_option("--threads", options->threads, "threads (default: as many as the machine runs at once); results do not depend on it")
       ->default_val(hardware_threads())
       ->check(CLI::Range(1, 256));
-  command->add_option("--rate", options->rate_hz, "frames a second of images that carry no time")
+  command->add_option("--rate", options->rate_hz, "frames a second: of images that carry no time; of a recording with frames.csv, times then follow from the "
+                   "sequence and not from its clock")
       ->check(within(0, 1e6, "Hz"));
   const char* settings_only = "OpenSRD settings";
   command->add_option("--features", options->features, "features of an earlier run (its --out folder) instead of images")

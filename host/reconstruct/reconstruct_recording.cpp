@@ -93,7 +93,7 @@ Outcome<void> reconstruct_recording(const ReconstructOptions& options) {
   outputs.series = options.out / "surface.csv";
   outputs.summary = options.out / "summary.txt";
   if (auto free = opensrd::check_free(outputs, options.force); !free) return free.error();
-  const Outcome<Recording> recording = read_recording(options.source, options.rate_hz.value_or(1));
+  const Outcome<Recording> recording = read_recording(options.source, {options.rate_hz.value_or(1), options.rate_hz.has_value()});
   if (!recording) return recording.error();
   const Outcome<RunPlan> plan = plan_of(options, *recording);
   if (!plan) return plan.error();
@@ -101,6 +101,7 @@ Outcome<void> reconstruct_recording(const ReconstructOptions& options) {
   if (!result) return result.error();
 
   std::vector<std::string> warnings;
+  warnings.insert(warnings.end(), recording->notes.begin(), recording->notes.end());
   if (recording->cut) warnings.push_back("frames.csv ends in the middle of a line: that frame is left out");
   if (!plan->times_known)
     warnings.push_back("the recording has no frames.csv and no --rate is given: times count one second a frame");
