@@ -73,6 +73,8 @@ Outcome<Preparation> prepare(const Settings& settings, const Overrides& override
   plan.options.scale = settings.scale;
 
   made.head.push_back("settings: " + settings.file.string() + " (" + to_string(settings.dialect) + ")");
+  set_plates(plan.media, overrides.plates);
+  if (!overrides.plates.empty()) made.head.push_back(plates_text(overrides.plates) + ": from --plate");
   for (std::size_t i = 0; i < settings.cameras.size(); ++i) {
     const CameraSettings& given = settings.cameras[i];
     RunCamera camera;
