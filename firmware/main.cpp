@@ -8,6 +8,7 @@
 
 #include "drivers/net/address.hpp"
 #include "drivers/camera/simulator/scene_truth.hpp"
+#include "drivers/support/text_file.hpp"
 #include "firmware/config/camera_factory.hpp"
 #include "firmware/doctor/doctor.hpp"
 #include "firmware/node/node.hpp"
@@ -39,7 +40,8 @@ int fail(const srd::Problem& problem) {
 }
 
 struct Arguments {
-  std::string config, camera, host, rate, truth, record, state;
+  std::string config, camera, host, truth, record, state;
+  std::vector<std::string> rates;
   std::uint64_t frames = 0;
   bool check = false, strobe_low = false, list = false, force = false, doctor = false;
 };
@@ -55,7 +57,16 @@ srd::Outcome<void> override_config(const Arguments& arguments, srd::firmware::No
     config.camera = *source;
   }
   if (!arguments.host.empty()) config.host = arguments.host;
-  if (!arguments.rate.empty()) config.pace = arguments.rate == "max" ? srd::Pace::kMax : srd::Pace::kCamera;
+  for (const std::string& rate : arguments.rates) {
+    if (rate == "max" || rate == "camera") {
+      config.pace = rate == "max" ? srd::Pace::kMax : srd::Pace::kCamera;
+      continue;
+    }
+    config.recording_rate_hz = srd::parse_number<double>(rate);
+    if (config.camera && config.camera->kind != "recording")
+      return srd::Problem{srd::Exit::kUsage, "--rate HZ is for recordings", "--rate", "camera or max", rate,
+                          "the rate of a live camera is camera.frame_rate_hz, of the simulator its scene's"};
+  }
   if (!arguments.record.empty()) {
     config.record.folder = arguments.record;
     config.record.may_count = false;
@@ -187,8 +198,19 @@ int main(int argc, char** argv) {
   app.add_option("--camera", arguments.camera, srd::firmware::CameraSource::kinds() + ", instead of the file's");
   app.add_option("--host", arguments.host, "ADDR:PORT of srd listen, instead of the file's");
   app.add_option("--frames", arguments.frames, "end after so many frames")->check(CLI::PositiveNumber);
-  app.add_option("--rate", arguments.rate, "camera: at the recorded rate; max: as fast as possible, dropping nothing")
-      ->check(CLI::IsMember({"camera", "max"}));
+  app.add_option("--rate", arguments.rates,
+                 "camera: at the recorded rate; max: as fast as possible, dropping nothing; HZ: times of a recording follow "
+                 "from its sequence at this rate, those in frames.csv are not used. HZ and max may both be given")
+      ->expected(1)
+      ->take_all()
+      ->check(CLI::Validator(
+          [](std::string& text) -> std::string {
+            if (text == "camera" || text == "max") return {};
+            const auto rate = srd::parse_number<double>(text);
+            if (rate && *rate >= 0.001 && *rate <= 10000) return {};
+            return text + " is not camera, max or a rate from 0.001 to 10000 Hz";
+          },
+          "", "rate"));
   app.add_option("--truth", arguments.truth, "with the simulator: write the true surfaces to this CSV file");
   app.add_option("--record", arguments.record, "keep the camera's frames in this folder, which can be replayed");
   app.add_flag("--force", arguments.force, "with --record: replace a recording that is there");

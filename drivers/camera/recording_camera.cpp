@@ -8,7 +8,7 @@ RecordingCamera::RecordingCamera(std::filesystem::path folder, const RecordingCa
     : folder_(std::move(folder)), options_(options) {}
 
 Outcome<void> RecordingCamera::start() {
-  Outcome<Recording> recording = read_recording(folder_, options_.rate_hz);
+  Outcome<Recording> recording = read_recording(folder_, options_.times);
   if (!recording) return recording.error();
   recording_ = std::move(recording).value();
   files_.clear();
@@ -54,6 +54,12 @@ Capture RecordingCamera::next(CameraFrame& frame, Nanoseconds timeout) noexcept 
 
 void RecordingCamera::give_back(const CameraFrame& frame) noexcept {
   if (frame.image.pixels != nullptr) pool_.release(frame.buffer);
+}
+
+std::string RecordingCamera::summary() const {
+  std::string text;
+  for (const std::string& note : recording_.notes) text += "note      " + folder_.string() + ": " + note + "\n";
+  return text;
 }
 
 void RecordingCamera::stop() noexcept { next_ = recording_.frames.size(); }

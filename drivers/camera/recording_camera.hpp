@@ -13,7 +13,7 @@ namespace srd {
 
 struct RecordingCameraOptions {
   Pace pace = Pace::kCamera;
-  double rate_hz = 0;  // for folders without frames.csv, Hz
+  RecordingTimes times;
   int buffers = 4;     // at least 3 are reserved, at most FramePool::kMostBuffers
 };
 
@@ -33,6 +33,8 @@ class RecordingCamera final : public Camera {
   [[nodiscard]] int height() const override { return pool_.height(); }
   [[nodiscard]] int buffer_count() const override { return pool_.buffers(); }
   [[nodiscard]] bool live() const override { return false; }
+  // What was read where that is not plain.
+  [[nodiscard]] std::string summary() const override;
 
   // What start read.
   [[nodiscard]] const Recording& recording() const { return recording_; }

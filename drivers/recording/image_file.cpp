@@ -43,6 +43,7 @@ Problem unreadable(const fs::path& file, const std::string& found) {
 
 bool is_image_name(const fs::path& file) {
   const std::string name = file.filename().string();
+  if (name.starts_with('.')) return false;
   for (const std::string_view ending : {".png", ".pgm", ".bmp", ".tif", ".tiff", ".jpg", ".jpeg"})
     if (ends_in(name, ending)) return true;
   return false;

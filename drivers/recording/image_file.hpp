@@ -20,7 +20,8 @@ struct GrayImage {
   [[nodiscard]] GrayView view() const { return {pixels.data(), width, height, width}; }
 };
 
-// True for the endings of images: .png .pgm .bmp .tif .tiff .jpg .jpeg, in either case.
+// True for the endings of images: .png .pgm .bmp .tif .tiff .jpg .jpeg, in either case. Hidden files are none: what a system
+// keeps beside images ("._1.png") has their ending and not their contents.
 [[nodiscard]] bool is_image_name(const std::filesystem::path& file);
 
 // By contents, not by the ending. kInput for a missing, unreadable, cut or empty image. 16-bit values lose their low bits: v >> 8, in a PGM

@@ -8,6 +8,7 @@
 #include <limits>
 #include <optional>
 
+#include "drivers/recording/natural_order.hpp"
 #include "drivers/support/text_file.hpp"
 
 namespace srd {
@@ -17,8 +18,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kPngLevel = 3;  // recording at camera rate: half the time of level 6 for a few percent of size
-
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 // A name that stays inside the folder.
 bool is_inner_path(std::string_view name) {
@@ -39,7 +38,20 @@ std::optional<RecordedFrame> parse_row(std::string_view line) {
                        static_cast<StrobePhase>(fields[4][0] - '0')};
 }
 
-Outcome<void> read_listing(const fs::path& file, Recording& recording) {
+// The time of a frame so many after the first one, ns; none where it does not fit.
+std::optional<std::int64_t> time_at(std::uint64_t frames, double rate_hz) {
+  const double time_ns = std::round(static_cast<double>(frames) * 1e9 / rate_hz);
+  if (time_ns > 9e18) return std::nullopt;
+  return static_cast<std::int64_t>(time_ns);
+}
+
+bool is_rate(double rate_hz) { return rate_hz > 0 && std::isfinite(rate_hz); }
+
+Problem too_slow(const std::string& where, double rate_hz) {
+  return {Exit::kUsage, "the rate is too low", where, "times within 9e9 s", number_text(rate_hz) + " Hz", ""};
+}
+
+Outcome<void> read_listing(const fs::path& file, const RecordingTimes& times, Recording& recording) {
   const Outcome<std::string> text =
       read_text_file(file, "a listing: " + std::string(kFramesHeader), std::size_t{1} << 30);
   if (!text) return text.error();
@@ -55,10 +67,11 @@ Outcome<void> read_listing(const fs::path& file, Recording& recording) {
                    std::string(kFramesHeader),
                    lines.empty() ? "an empty file" : "'" + std::string(lines[0].text.substr(0, 80)) + "'",
                    "write that header, or delete the file and give a rate"};
+  std::uint64_t first_sequence = 0;
   for (std::size_t i = 1; i < lines.size(); ++i) {
     const TextLine& line = lines[i];
     if (trimmed(line.text).empty()) continue;
-    const std::optional<RecordedFrame> frame = parse_row(line.text);
+    std::optional<RecordedFrame> frame = parse_row(line.text);
     const std::string where = file.string() + ":" + std::to_string(line.number);
     if (!frame) {
       if (!line.ended) {  // whole numbers and one digit at the end: no cut row reads as a whole one
@@ -82,17 +95,26 @@ Outcome<void> read_listing(const fs::path& file, Recording& recording) {
                        "more than " + std::to_string(before.sequence),
                        std::to_string(frame->sequence),
                        ""};
-      if (frame->time_ns < before.time_ns)
+      if (!times.from_sequence && frame->time_ns < before.time_ns)
         return Problem{Exit::kInput,
-                       "'time_ns' falls",
+                       "'time_ns' falls: the clock was set back while this was recorded",
                        where,
                        "at least " + std::to_string(before.time_ns),
                        std::to_string(frame->time_ns),
-                       ""};
+                       "give the camera's frame rate, --rate HZ: times then follow from the sequence"};
+    }
+    if (times.from_sequence) {
+      if (recording.frames.empty()) first_sequence = frame->sequence;
+      const auto time_ns = time_at(frame->sequence - first_sequence, times.rate_hz);
+      if (!time_ns) return too_slow(where, times.rate_hz);
+      frame->time_ns = *time_ns;
     }
     recording.frames.push_back(*frame);
   }
   recording.listed = true;
+  if (times.from_sequence)
+    recording.notes.push_back("times follow from the sequence at " + number_text(times.rate_hz) +
+                              " Hz: those in frames.csv are not used");
   return {};
 }
 
@@ -110,49 +132,25 @@ Outcome<void> list_images(double rate_hz, Recording& recording) {
   if (names.empty())
     return Problem{Exit::kInput, "holds neither frames.csv nor images",  where, "a recording",
                    "",           "name the folder that holds the images"};
-  if (!(rate_hz > 0) || !std::isfinite(rate_hz))
+  if (!is_rate(rate_hz))
     return Problem{Exit::kUsage,
                    "has no frames.csv, so the frame rate must be given",
                    where,
                    "a rate in Hz above 0",
                    number_text(rate_hz),
                    "give the camera's frame rate"};
-  std::sort(names.begin(), names.end(), natural_less);
+  if (std::string note = sort_naturally(names); !note.empty()) recording.notes.push_back(std::move(note));
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const double time_ns = std::round(static_cast<double>(i) * 1e9 / rate_hz);
-    if (time_ns > 9e18)
-      return Problem{Exit::kUsage, "the rate is too low", where, "", number_text(rate_hz), ""};
-    recording.frames.push_back({names[i], i, static_cast<std::int64_t>(time_ns), 0, StrobePhase::kUnstrobed});
+    const auto time_ns = time_at(i, rate_hz);
+    if (!time_ns) return too_slow(where, rate_hz);
+    recording.frames.push_back({names[i], i, *time_ns, 0, StrobePhase::kUnstrobed});
   }
   return {};
 }
 
 }  // namespace
 
-bool natural_less(std::string_view a, std::string_view b) {
-  std::size_t i = 0, j = 0;
-  while (i < a.size() && j < b.size()) {
-    if (!is_digit(a[i]) || !is_digit(b[j])) {
-      if (a[i] != b[j]) return static_cast<unsigned char>(a[i]) < static_cast<unsigned char>(b[j]);
-      ++i;
-      ++j;
-      continue;
-    }
-    const auto run = [](std::string_view text, std::size_t& at) {
-      while (at < text.size() && text[at] == '0') ++at;
-      const std::size_t first = at;
-      while (at < text.size() && is_digit(text[at])) ++at;
-      return text.substr(first, at - first);
-    };
-    const std::string_view x = run(a, i), y = run(b, j);
-    if (x.size() != y.size()) return x.size() < y.size();
-    if (x != y) return x < y;
-  }
-  if (i < a.size() || j < b.size()) return j < b.size();
-  return a < b;  // only leading zeros differ
-}
-
-Outcome<Recording> read_recording(const fs::path& folder, double rate_hz) {
+Outcome<Recording> read_recording(const fs::path& folder, const RecordingTimes& times) {
   std::error_code error;
   if (!fs::is_directory(folder, error))
     return Problem{Exit::kInput,
@@ -164,8 +162,10 @@ Outcome<Recording> read_recording(const fs::path& folder, double rate_hz) {
   Recording recording;
   recording.folder = folder;
   const fs::path listing = folder / kFramesName;
+  if (times.from_sequence && !is_rate(times.rate_hz))
+    return Problem{Exit::kUsage, "the frame rate", folder.string(), "a rate in Hz above 0", number_text(times.rate_hz), ""};
   const Outcome<void> read =
-      fs::exists(listing, error) ? read_listing(listing, recording) : list_images(rate_hz, recording);
+      fs::exists(listing, error) ? read_listing(listing, times, recording) : list_images(times.rate_hz, recording);
   if (!read) return read.error();
   if (recording.frames.empty())
     return Problem{Exit::kInput, "lists no whole frame", listing.string(), "at least one row", "", ""};

@@ -1,6 +1,6 @@
 // A recording: a folder with images and frames.csv (file,sequence,time_ns,exposure_us,strobe), and beside
 // them calibration.yml, pose.yml, points.txt, truth.csv, reference.png where they are known. Without
-// frames.csv the images are taken in natural order (frame_2 before frame_10) at a rate that the caller gives.
+// frames.csv the images are taken in natural order (natural_order.hpp) at a rate that the caller gives.
 #pragma once
 
 #include <cstdint>
@@ -41,14 +41,17 @@ struct Recording {
   std::vector<RecordedFrame> frames;
   bool listed = false;  // frames.csv was there
   bool cut = false;     // its last line was not whole and was left out: the recorder was interrupted
+  std::vector<std::string> notes{};  // for a person: how order and times were come by where that is not plain
 };
 
-// rate_hz counts only without frames.csv (there it must be > 0). kInput: no folder, no frame, a wrong row
-// (with its line). Whether the images can be read shows when they are read.
-[[nodiscard]] Outcome<Recording> read_recording(const std::filesystem::path& folder, double rate_hz = 0);
+// Where the times of frames come from.
+struct RecordingTimes {
+  double rate_hz = 0;          // without frames.csv it must be > 0
+  bool from_sequence = false;  // frames.csv's times are not used: the first frame's is 0, the rate gives the others'
+};
 
-// True when a comes before b: runs of digits compare as numbers, all else byte by byte.
-[[nodiscard]] bool natural_less(std::string_view a, std::string_view b);
+// kInput: no folder, no frame, a wrong row (with its line). Whether the images can be read shows when they are read.
+[[nodiscard]] Outcome<Recording> read_recording(const std::filesystem::path& folder, const RecordingTimes& times = {});
 
 enum class ImageFormat : std::uint8_t { kPng, kPgm };
 

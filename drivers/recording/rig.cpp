@@ -8,6 +8,7 @@
 #include <map>
 #include <opencv2/core.hpp>
 
+#include "drivers/recording/lens_model.hpp"
 #include "drivers/support/text_file.hpp"
 
 namespace srd {
@@ -106,6 +107,27 @@ Outcome<int> image_side(const cv::FileNode& root, const fs::path& file, const st
   return side;
 }
 
+// A key's value as it would be read aloud.
+std::string scalar_text(const cv::FileNode& node) {
+  if (node.isString()) return static_cast<std::string>(node);
+  if (node.isInt() || node.isReal()) return number_text(node.real());
+  return "something that is not a name";
+}
+
+// Four numbers say nothing of the formula that they belong to; where the file does, it must be ours.
+Outcome<void> check_lens(const cv::FileNode& root, const fs::path& file, std::size_t n) {
+  const std::string advice =
+      "calibrate the camera for OpenCV's pinhole lens (calibrateCamera), not for a fisheye or an omnidirectional one";
+  for (const char* key : {"distortion_model", "camera_model", "model_type", "fisheye_model"}) {
+    if (root[key].empty()) continue;
+    const LensRefusal refusal = check_lens_model(key, scalar_text(root[key]), n);
+    if (refusal.refused()) return wrong(file, key, refusal.expected, refusal.found, advice);
+  }
+  if (!root["xi"].empty())
+    return wrong(file, "xi", "no such key: OpenCV's pinhole lens", "the mirror parameter of an omnidirectional camera", advice);
+  return {};
+}
+
 Outcome<Calibration> calibration_of(const cv::FileNode& root, const fs::path& file) {
   const std::string kKey = "camera_matrix", kDistortionKey = "distortion_coefficients";
   const std::string expected = "3 x 3: [fx, 0, cx, 0, fy, cy, 0, 0, 1] with fx, fy > 0 (px)";
@@ -129,6 +151,7 @@ Outcome<Calibration> calibration_of(const cv::FileNode& root, const fs::path& fi
     if ((shape.rows != 1 && shape.columns != 1) || (n != 4 && n != 5 && n != 8 && n != 12 && n != 14))
       return wrong(file, kDistortionKey, counts,
                    std::to_string(shape.rows) + " x " + std::to_string(shape.columns));
+    if (auto lens = check_lens(root, file, n); !lens) return lens.error();
     calibration.distortion = *d;
   } else {
     return wrong(file, kDistortionKey, "4, 5, 8, 12 or 14 numbers", "no such key",

@@ -13,7 +13,7 @@
 namespace srd {
 
 // camera_matrix, distortion_coefficients (4, 5, 8, 12 or 14), image_width, image_height (0 when the file has
-// none). camera holds the same distortion, filled up with zeros; write_calibration writes the list as given.
+// none). A lens of another formula (distortion_model: equidistant, fisheye_model: 1, ..) is refused by its name. camera holds the same distortion, filled up with zeros; write_calibration writes the list as given.
 struct Calibration {
   dsp::CameraModel<double> camera;
   std::vector<double> distortion;

@@ -1,8 +1,10 @@
 #include "firmware/config/instrument.hpp"
 
+#include <cmath>
 #include <sstream>
 
 #include "drivers/recording/rig.hpp"
+#include "drivers/support/text_file.hpp"
 #include "dsp/optics/water_index.hpp"
 #include "firmware/config/camera_factory.hpp"
 #include "firmware/config/view_check.hpp"
@@ -102,6 +104,53 @@ Outcome<Rig> read_rig(const NodeConfig& config, Rig rig) {
   return rig;
 }
 
+// The water and the plates that count, and where each comes from.
+struct Water {
+  dsp::Media<double> media;
+  std::string index_from, plates_from, notes;
+};
+
+// The configuration goes before what the simulator renders and what a recording says of itself; a recording that says
+// otherwise than the configuration is told.
+Outcome<Water> water_of(const NodeConfig& config, const std::optional<Scene>& scene) {
+  Water water;
+  water.media.water = dsp::water_index(20, 0, 589);
+  water.index_from = "fresh water of 20 C";
+  std::string own = "the scene";
+  std::optional<dsp::Media<double>> known;
+  if (scene) known = scene->media;
+  if (config.camera->kind == "recording") {
+    const auto recorded = read_recorded_optics(config.camera->argument);
+    if (!recorded) return recorded.error();
+    if (*recorded) known = (*recorded)->media;
+    own = "the recording's " + std::string(kOpticsName);
+  }
+  if (known) {
+    water.media = *known;
+    water.index_from = water.plates_from = own;
+  }
+  const auto note = [&](const std::string& taken, const std::string& other) {
+    water.notes += "note      the configuration says " + taken + ", " + own + " " + other + ": the configuration is used\n";
+  };
+  if (config.refractive_index) {
+    if (known && *config.refractive_index != known->water)
+      note("index " + number_text(*config.refractive_index), number_text(known->water));
+    water.media.water = *config.refractive_index;
+    water.index_from = "the configuration";
+  }
+  if (config.plates) {
+    if (known && !same_plates(*config.plates, plates_of(*known))) note(plates_text(*config.plates), plates_text(plates_of(*known)));
+    set_plates(water.media, *config.plates);
+    water.plates_from = "the configuration";
+  }
+  return water;
+}
+
+std::string water_text(const Water& water) {
+  return "water     index " + number_text(std::round(water.media.water * 1e6) / 1e6) + " (" + water.index_from + "), " + plates_text(plates_of(water.media)) +
+         (water.plates_from.empty() ? "" : " (" + water.plates_from + ")") + "\n" + water.notes;
+}
+
 }  // namespace
 
 Outcome<Instrument> make_instrument(const NodeConfig& config, FrameDeadline::Clock clock) {
@@ -109,7 +158,6 @@ Outcome<Instrument> make_instrument(const NodeConfig& config, FrameDeadline::Clo
     return Problem{Exit::kUsage, "no camera", config_where(config), "camera.source, or --camera KIND:ARG", "neither", ""};
   Instrument instrument;
   Rig rig;
-  double index = config.refractive_index.value_or(dsp::water_index(20, 0, 589));
   double lx = config.lx_mm.value_or(0), ly = config.ly_mm.value_or(0);
   auto scene = scene_of(config);
   if (!scene) return scene.error();
@@ -117,10 +165,11 @@ Outcome<Instrument> make_instrument(const NodeConfig& config, FrameDeadline::Clo
   if (instrument.scene) {
     const Scene& rendered = *instrument.scene;
     rig = {rendered.calibration, rendered.pose, rendered.points()};
-    if (!config.refractive_index) index = rendered.media.water;
     if (!config.lx_mm) lx = rendered.surface.lx;
     if (!config.ly_mm) ly = rendered.surface.ly;
   }
+  const auto water = water_of(config, instrument.scene);
+  if (!water) return water.error();
   auto read = read_rig(config, rig);
   if (!read) return read.error();
   rig = std::move(read).value();
@@ -136,11 +185,7 @@ Outcome<Instrument> make_instrument(const NodeConfig& config, FrameDeadline::Clo
                    pattern ? "points in one line" : "other points", "check the file of points"};
   dsp::SurfaceModel<float> model{config.modes, static_cast<float>(lx), static_cast<float>(ly),
                                  static_cast<float>(config.x0_mm), static_cast<float>(config.y0_mm)};
-  dsp::Media<float> media;
-  media.water = static_cast<float>(index);
-  for (const dsp::Layer<double>& plate : config.plates)
-    media.layers[static_cast<std::size_t>(media.n_layers++)] = {static_cast<float>(plate.thickness),
-                                                                static_cast<float>(plate.index)};
+  const dsp::Media<float> media = water->media.cast<float>();
   dsp::Coefficients<float> guess(config.modes.size());
   for (int i = 0; i < config.modes.size(); ++i) guess[i] = static_cast<float>(config.guess[static_cast<std::size_t>(i)]);
   dsp::CameraSetup<float> setup;
@@ -172,8 +217,9 @@ Outcome<Instrument> make_instrument(const NodeConfig& config, FrameDeadline::Clo
     return Problem{Exit::kUsage, "the surface cannot be fitted with these settings", config_where(config),
                    "bounds and scales that fit the modes", to_string(tracker.error()), ""};
   instrument.tracker = std::make_unique<dsp::SurfaceTracker<float>>(std::move(tracker).value());
-  instrument.rig = {*rig.calibration, *rig.pose, *rig.points};
-  instrument.refractive_index = index;
+  const dsp::SurfaceModel<double> recorded_model{config.modes, lx, ly, config.x0_mm, config.y0_mm};
+  instrument.rig = {*rig.calibration, *rig.pose, *rig.points, {water->media, recorded_model}};
+  instrument.refractive_index = water->media.water;
   instrument.width = setup.width;
   instrument.height = setup.height;
 
@@ -182,7 +228,7 @@ Outcome<Instrument> make_instrument(const NodeConfig& config, FrameDeadline::Clo
        << "camera    " << config.camera->text() << ", " << setup.width << " x "
        << setup.height << "\n"
        << "pattern   " << pattern->size() << " corners, squares of " << pattern->square() << " mm\n"
-       << "water     index " << index << ", " << config.plates.size() << " floor plates\n"
+       << water_text(*water)
        << "surface   " << config.modes.size() << " modes:";
   for (const dsp::Mode& mode : config.modes) text << " " << mode.name().data();
   text << ", Lx " << lx << " mm, Ly " << ly << " mm\n"

@@ -68,17 +68,7 @@ void read_water(TomlTable water, NodeConfig& config) {
                      "leave one of them out");
     config.refractive_index = dsp::water_index(temperature.value_or(20), salinity.value_or(0), wavelength.value_or(589));
   }
-  for (TomlTable& plate : water.tables("plate")) {
-    dsp::Layer<double> layer;
-    if (!plate.has("thickness_mm")) plate.missing("thickness_mm", "the plate's thickness, mm");
-    if (!plate.has("index")) plate.missing("index", "the plate's refractive index");
-    set(layer.thickness, plate.number("thickness_mm", {0, 1000, "mm"}));
-    set(layer.index, plate.number("index", {1, 3}));
-    config.plates.push_back(layer);
-  }
-  if (config.plates.size() > dsp::kMaxLayers)
-    water.complain("plate", "at most " + std::to_string(dsp::kMaxLayers) + " plates",
-                   std::to_string(config.plates.size()));
+  if (water.has("plate")) config.plates = read_plates(water);
 }
 
 void read_modes(TomlTable& surface, NodeConfig& config) {

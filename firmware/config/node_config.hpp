@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/recording/recorded_optics.hpp"
 #include "drivers/camera/camera.hpp"
 #include "drivers/support/problem.hpp"
 #include "dsp/pipeline/surface_tracker.hpp"
@@ -38,6 +39,7 @@ struct NodeConfig {
   std::optional<CameraSource> camera;
   Pace pace = Pace::kCamera;
   double frame_rate_hz = 50;       // of a live camera, and of a recording without frames.csv
+  std::optional<double> recording_rate_hz;  // the times of a recording follow from its sequence, at this rate
   std::optional<std::filesystem::path> scene;  // of the simulator; none: the built-in flume
   LiveCamera live;
 
@@ -49,8 +51,9 @@ struct NodeConfig {
   std::optional<PatternGrid> pattern;
   dsp::FirstSquare first_square = dsp::FirstSquare::kDark;
 
-  std::optional<double> refractive_index;  // empty: the simulator's own, else 20 C fresh water at 589 nm
-  std::vector<dsp::Layer<double>> plates;
+  // Empty: the simulator's own, or what is in the recording; else 20 C fresh water at 589 nm, no plates.
+  std::optional<double> refractive_index;
+  std::optional<Plates> plates;
 
   dsp::ModeList modes;
   std::optional<double> lx_mm, ly_mm;  // empty: the simulator's own

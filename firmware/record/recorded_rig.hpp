@@ -1,6 +1,7 @@
 // What goes beside the images of a recording, so that it can be replayed.
 #pragma once
 
+#include "drivers/recording/recorded_optics.hpp"
 #include "drivers/recording/rig.hpp"
 
 namespace srd::firmware {
@@ -9,6 +10,7 @@ struct RecordedRig {
   Calibration calibration;
   dsp::Pose<double> pose;
   Points points;
+  RecordedOptics optics;
 };
 
 }  // namespace srd::firmware

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "drivers/recording/image_file.hpp"
-#include "drivers/recording/recording.hpp"
+#include "drivers/recording/natural_order.hpp"
 #include "host/opensrd/results.hpp"
 
 namespace srd::host::opensrd {
@@ -13,38 +13,41 @@ namespace {
 namespace fs = std::filesystem;
 
 template <class Wanted>
-Outcome<std::vector<fs::path>> files_in(const fs::path& folder, const std::string& expected, Wanted wanted) {
+Outcome<std::vector<fs::path>> files_in(const fs::path& folder, const std::string& expected, Wanted wanted,
+                                        std::vector<std::string>& warnings) {
   std::error_code error;
   if (!fs::is_directory(folder, error))
     return Problem{Exit::kInput, "no such folder", folder.string(), expected,
                    fs::exists(folder, error) ? "a file" : "", "check the path in the settings"};
-  std::vector<fs::path> files;
+  std::vector<std::string> names;
   int others = 0;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
     if (!entry.is_regular_file(error)) continue;
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with('.')) continue;  // what a system keeps beside files
     if (wanted(entry.path()))
-      files.push_back(entry.path());
+      names.push_back(name);
     else
       ++others;
   }
-  if (files.empty())
+  if (names.empty())
     return Problem{Exit::kInput, "holds no frames", folder.string(), expected, std::to_string(others) + " other files", ""};
-  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
-    return natural_less(a.filename().string(), b.filename().string());
-  });
+  if (const std::string note = sort_naturally(names); !note.empty()) warnings.push_back(folder.string() + ": " + note);
+  std::vector<fs::path> files;
+  for (const std::string& name : names) files.push_back(folder / name);
   return files;
 }
 
 }  // namespace
 
-Outcome<std::vector<fs::path>> image_files(const fs::path& folder) {
+Outcome<std::vector<fs::path>> image_files(const fs::path& folder, std::vector<std::string>& warnings) {
   return files_in(folder, "images (.png .pgm .bmp .tif .jpg), their names in chronological order",
-                  [](const fs::path& file) { return is_image_name(file); });
+                  [](const fs::path& file) { return is_image_name(file); }, warnings);
 }
 
-Outcome<std::vector<fs::path>> feature_files(const fs::path& folder) {
+Outcome<std::vector<fs::path>> feature_files(const fs::path& folder, std::vector<std::string>& warnings) {
   return files_in(folder, "feature files (.txt: id u v a line), their names in chronological order",
-                  [](const fs::path& file) { return file.extension() == ".txt"; });
+                  [](const fs::path& file) { return file.extension() == ".txt"; }, warnings);
 }
 
 Outcome<std::vector<fs::path>> saved_features(const fs::path& out, const CameraSettings& camera,

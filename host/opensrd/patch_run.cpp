@@ -215,7 +215,7 @@ Outcome<Preparation> prepare_patch(const Settings& settings, const Overrides& ov
   pattern.surface.model = plan.model;
   plan.pattern_run = pattern;
 
-  Outcome<std::vector<std::filesystem::path>> frames = image_files(given.frames);
+  Outcome<std::vector<std::filesystem::path>> frames = image_files(given.frames, made.warnings);
   if (!frames) return frames.error();
   camera.frames = std::move(frames).value();
   plan.cameras.push_back(std::move(camera));

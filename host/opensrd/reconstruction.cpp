@@ -73,6 +73,8 @@ Outcome<Preparation> prepare(const Settings& settings, const Overrides& override
   plan.options.scale = settings.scale;
 
   made.head.push_back("settings: " + settings.file.string() + " (" + to_string(settings.dialect) + ")");
+  set_plates(plan.media, overrides.plates);
+  if (!overrides.plates.empty()) made.head.push_back(plates_text(overrides.plates) + ": from --plate");
   for (std::size_t i = 0; i < settings.cameras.size(); ++i) {
     const CameraSettings& given = settings.cameras[i];
     RunCamera camera;
@@ -115,8 +117,8 @@ Outcome<Preparation> prepare(const Settings& settings, const Overrides& override
 
     Outcome<std::vector<fs::path>> frames =
         overrides.features ? saved_features(*overrides.features, given, i, settings)
-        : plan.from_images ? image_files(given.frames)
-                           : feature_files(given.frames);
+        : plan.from_images ? image_files(given.frames, made.warnings)
+                           : feature_files(given.frames, made.warnings);
     if (!frames) return frames.error();
     camera.frames = std::move(frames).value();
     plan.cameras.push_back(std::move(camera));

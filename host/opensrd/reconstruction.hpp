@@ -7,6 +7,7 @@
 
 #include "host/opensrd/pose_estimation.hpp"
 #include "host/opensrd/results.hpp"
+#include "drivers/recording/recorded_optics.hpp"
 #include "host/reconstruct/run.hpp"
 
 namespace srd::host::opensrd {
@@ -19,6 +20,7 @@ struct Overrides {
   std::optional<double> rate_hz;                  // of the images
   bool free_index = false;                        // estimate the index of water
   std::optional<int> model;                       // k2017: parameters of the surface; 2: the release's form
+  Plates plates{};                                // on the pattern, from the top down
 };
 
 struct Preparation {

@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <map>
 
-#include "drivers/recording/recording.hpp"
+#include "drivers/recording/natural_order.hpp"
 #include "drivers/support/text_file.hpp"
 #include "host/opensrd/features.hpp"
 #include "host/table/model_sidecar.hpp"
@@ -52,13 +52,13 @@ fs::path placed_below(const fs::path& out, const fs::path& given, const fs::path
 std::string frame_file_name(std::size_t k) { return "Frame_" + std::to_string(k) + ".txt"; }
 
 std::vector<fs::path> numbered_frames(const fs::path& folder) {
-  std::vector<fs::path> files;
+  std::vector<std::string> names;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder, error))
-    if (is_frame_file(entry.path())) files.push_back(entry.path());
-  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
-    return natural_less(a.filename().string(), b.filename().string());
-  });
+    if (is_frame_file(entry.path())) names.push_back(entry.path().filename().string());
+  (void)sort_naturally(names);  // Frame_<digits>.txt can be read in one way only
+  std::vector<fs::path> files;
+  for (const std::string& name : names) files.push_back(folder / name);
   return files;
 }
 

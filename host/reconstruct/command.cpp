@@ -29,12 +29,15 @@ CLI::Validator within(double least, double most, const std::string& unit) {
       "", "within");
 }
 
-Outcome<void> reconstruct(const ReconstructOptions& options) {
+Outcome<void> reconstruct(ReconstructOptions options, const std::vector<std::string>& plate_texts) {
   const dsp::EstimatorOptions bounds;
   if (options.free_index && options.refractive_index &&
       !(*options.refractive_index >= bounds.index_lower && *options.refractive_index <= bounds.index_upper))
     return Problem{Exit::kUsage, "--refractive-index is outside the bounds of --free-index", "", "1.3 to 1.4",
                    number_text(*options.refractive_index), "leave one of them out"};
+  const Outcome<Plates> plates = parse_plates(plate_texts, "--plate");
+  if (!plates) return plates.error();
+  options.plates = *plates;
   std::error_code error;
   const auto status = std::filesystem::status(options.source, error);
   if (!std::filesystem::exists(status))
@@ -60,8 +63,15 @@ void add_reconstruct_command(CLI::App& app, int& exit_code) {
   command->add_flag("--force", options->force, "replace results that are there already");
   command
       ->add_option("--refractive-index", options->refractive_index,
-                   "of the water, against air 1 (default 1.336 for OpenSRD settings, 1.333 for recordings)")
+                   "of the water, against air 1 (default: what is in the recording, else 1.336 for OpenSRD settings, 1.333 for recordings)")
       ->check(within(1, 2, ""));
+  auto plates = std::make_shared<std::vector<std::string>>();
+  command
+      ->add_option("--plate", *plates,
+                   "THICKNESS,INDEX of a transparent plate on the pattern, mm; again for each further one, from the top down; "
+                   "an air gap has index 1 (default: what is in the recording, else none)")
+      ->expected(1)
+      ->take_all();
   command->add_flag("--free-index", options->free_index,
                     "estimate the index of the water too; refused where the view cannot tell it from the height");
   const std::map<std::string, dsp::Metric> metrics = {{"reprojection", dsp::Metric::kReprojection},
@@ -72,7 +82,8 @@ void add_reconstruct_command(CLI::App& app, int& exit_code) {
   command->add_option("--threads", options->threads, "threads (default: as many as the machine runs at once); results do not depend on it")
       ->default_val(hardware_threads())
       ->check(CLI::Range(1, 256));
-  command->add_option("--rate", options->rate_hz, "frames a second of images that carry no time")
+  command->add_option("--rate", options->rate_hz, "frames a second: of images that carry no time; of a recording with frames.csv, times then follow from the "
+                   "sequence and not from its clock")
       ->check(within(0, 1e6, "Hz"));
   const char* settings_only = "OpenSRD settings";
   command->add_option("--features", options->features, "features of an earlier run (its --out folder) instead of images")
@@ -82,7 +93,7 @@ void add_reconstruct_command(CLI::App& app, int& exit_code) {
                                              {"plane", 3}, {"level-normal", 2}};
   auto* model = command
                     ->add_option("--model", options->model,
-                                 "parameters of the surface: 1, 3 (plane), 5, 8 or 12 (default 5); with settings of "
+                                 "parameters of the surface: 1, 3 (plane), 5, 8 or 12 (default: the recording's, else 5); with settings of "
                                  "OpenSRD's 2017 release also level-normal, its form with 2 parameters")
                     ->transform(CLI::CheckedTransformer(models));
   command->add_option("--modes", options->modes, "modes of the surface instead: A00,B,C,A10,..")
@@ -95,8 +106,8 @@ void add_reconstruct_command(CLI::App& app, int& exit_code) {
       ->delimiter(',')
       ->check(within(-1e6, 1e6, "mm"))
       ->group(recordings_only);
-  command->callback([options, &exit_code] {
-    const Outcome<void> done = reconstruct(*options);
+  command->callback([options, plates, &exit_code] {
+    const Outcome<void> done = reconstruct(*options, *plates);
     exit_code = static_cast<int>(done ? Exit::kDone : done.error().exit);
     if (!done) std::fputs(done.error().text().c_str(), stderr);
   });

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/recording/recorded_optics.hpp"
 #include "drivers/support/problem.hpp"
 #include "dsp/estimate/estimator.hpp"
 
@@ -17,6 +18,7 @@ struct ReconstructOptions {
   bool force = false;
   std::optional<double> refractive_index;  // with free_index, where every frame starts
   bool free_index = false;                 // estimate it
+  Plates plates;                           // --plate; none: the recording's, else none
   std::optional<dsp::Metric> metric;
   std::optional<double> rate_hz;
   // OpenSRD settings only.

@@ -1,4 +1,5 @@
 #include "drivers/recording/recording.hpp"
+#include "drivers/support/text_file.hpp"
 #include "dsp/pipeline/pattern.hpp"
 #include "host/opensrd/results.hpp"
 #include "host/reconstruct/options.hpp"
@@ -12,7 +13,48 @@ namespace {
 constexpr double kFreshWaterIndex = 1.333;  // optics (21): 20 C, 589 nm
 constexpr int kDefaultParameters = 5;
 
-Outcome<dsp::ModeList> modes_of(const ReconstructOptions& options) {
+// The water and the plates that count, and for a person where they come from.
+struct Optics {
+  dsp::Media<double> media;
+  std::optional<dsp::SurfaceModel<double>> model;
+  std::vector<std::string> head, warnings;
+};
+
+// The command line goes before the recording; where the two contradict, that is told.
+Outcome<Optics> optics_of(const ReconstructOptions& options, const std::filesystem::path& folder) {
+  const auto recorded = read_recorded_optics(folder);
+  if (!recorded) return recorded.error();
+  Optics optics;
+  const std::string name{kOpticsName};
+  std::string index_from = "the default", plates_from = "the default: the recording has no " + name;
+  optics.media.water = kFreshWaterIndex;
+  if (*recorded) {
+    optics.media = (*recorded)->media;
+    optics.model = (*recorded)->model;
+    index_from = plates_from = name + " of the recording";
+  }
+  const auto contradicts = [&](const std::string& option, const std::string& taken, const std::string& other) {
+    optics.warnings.push_back(option + " says " + taken + ", " + name + " of the recording " + other + ": " + option + " is used");
+  };
+  if (options.refractive_index) {
+    if (*recorded && *options.refractive_index != optics.media.water)
+      contradicts("--refractive-index", number_text(*options.refractive_index), number_text(optics.media.water));
+    optics.media.water = *options.refractive_index;
+    index_from = "--refractive-index";
+  }
+  if (!options.plates.empty()) {
+    if (*recorded && !same_plates(options.plates, plates_of(optics.media)))
+      contradicts("--plate", plates_text(options.plates), plates_text(plates_of(optics.media)));
+    set_plates(optics.media, options.plates);
+    plates_from = "--plate";
+  }
+  optics.head.push_back("water: index " + number_text(optics.media.water) + " (from " + index_from + "); " +
+                        plates_text(plates_of(optics.media)) + " (from " + plates_from + ")");
+  return optics;
+}
+
+Outcome<dsp::ModeList> modes_of(const ReconstructOptions& options, const std::optional<dsp::SurfaceModel<double>>& recorded) {
+  if (options.modes.empty() && !options.model && recorded) return recorded->modes;
   if (options.modes.empty()) return dsp::ModeList::standard(options.model.value_or(kDefaultParameters)).value();
   std::vector<dsp::Mode> modes;
   std::string given;
@@ -38,20 +80,21 @@ opensrd::PatternSize listed_rows(const Points& points) {
   return {pattern->rows(), pattern->columns()};
 }
 
-Outcome<RunPlan> plan_of(const ReconstructOptions& options, const Recording& recording) {
+Outcome<RunPlan> plan_of(const ReconstructOptions& options, const Recording& recording, const Optics& optics) {
   if (options.features)
     return Problem{Exit::kUsage, "--features is for OpenSRD settings", options.source.string(), "a settings.xml", "", ""};
   if (options.model == 2)
     return Problem{Exit::kUsage, "--model level-normal is for settings of the 2017 release", options.source.string(),
                    "1, 3 (plane), 5, 8 or 12", "", ""};
-  if (!options.lx || !options.ly)
+  if ((!options.lx || !options.ly) && !optics.model)
     return Problem{Exit::kUsage, "--lx and --ly are missing", options.source.string(),
                    "the length scales of the surface model, mm", "", "add --lx MM --ly MM"};
   RunPlan plan;
-  const auto modes = modes_of(options);
+  const auto modes = modes_of(options, optics.model);
   if (!modes) return modes.error();
-  plan.model = {*modes, *options.lx, *options.ly, 0, 0};
-  plan.media.water = options.refractive_index.value_or(kFreshWaterIndex);
+  const dsp::SurfaceModel<double> known = optics.model.value_or(dsp::SurfaceModel<double>{});
+  plan.model = {*modes, options.lx.value_or(known.lx), options.ly.value_or(known.ly), known.x0, known.y0};
+  plan.media = optics.media;
   plan.options.metric = options.metric.value_or(dsp::Metric::kReprojection);
   plan.options.free_index = options.free_index;
   const std::size_t n = static_cast<std::size_t>(modes->size());
@@ -61,6 +104,10 @@ Outcome<RunPlan> plan_of(const ReconstructOptions& options, const Recording& rec
                    std::to_string(options.guess.size()) + " numbers", "add --guess DEPTH"};
   plan.guess = dsp::Coefficients<double>::Zero(static_cast<Eigen::Index>(n));
   for (std::size_t j = 0; j < options.guess.size(); ++j) plan.guess[static_cast<Eigen::Index>(j)] = options.guess[j];
+  if (plan.media.n_layers > 0 && modes->size() > 0 && (*modes)[0].name() == dsp::Mode{}.name() && !(plan.guess[0] > plan.media.plates()))
+    return Problem{Exit::kUsage, "--guess lies in the floor plates", options.source.string(),
+                   "a depth above the pattern of more than the plates' " + number_text(plan.media.plates()) + " mm",
+                   number_text(plan.guess[0]) + " mm", "heights count from the pattern, not from the plates"};
 
   RunCamera camera;
   camera.name = "camera 1";
@@ -93,18 +140,22 @@ Outcome<void> reconstruct_recording(const ReconstructOptions& options) {
   outputs.series = options.out / "surface.csv";
   outputs.summary = options.out / "summary.txt";
   if (auto free = opensrd::check_free(outputs, options.force); !free) return free.error();
-  const Outcome<Recording> recording = read_recording(options.source, options.rate_hz.value_or(1));
+  const Outcome<Recording> recording = read_recording(options.source, {options.rate_hz.value_or(1), options.rate_hz.has_value()});
   if (!recording) return recording.error();
-  const Outcome<RunPlan> plan = plan_of(options, *recording);
+  const Outcome<Optics> optics = optics_of(options, recording->folder);
+  if (!optics) return optics.error();
+  const Outcome<RunPlan> plan = plan_of(options, *recording, *optics);
   if (!plan) return plan.error();
   const Outcome<RunResult> result = run(*plan, terminal_progress());
   if (!result) return result.error();
 
-  std::vector<std::string> warnings;
+  std::vector<std::string> warnings = optics->warnings;
+  warnings.insert(warnings.end(), recording->notes.begin(), recording->notes.end());
   if (recording->cut) warnings.push_back("frames.csv ends in the middle of a line: that frame is left out");
   if (!plan->times_known)
     warnings.push_back("the recording has no frames.csv and no --rate is given: times count one second a frame");
-  const std::vector<std::string> head = {"recording: " + options.source.string()};
+  std::vector<std::string> head = {"recording: " + options.source.string()};
+  head.insert(head.end(), optics->head.begin(), optics->head.end());
   if (auto ready = opensrd::prepare_outputs(outputs, options.force); !ready) return ready.error();
   if (auto written = write_series(outputs.series, outputs.summary, *plan, *result, head, warnings); !written)
     return written.error();

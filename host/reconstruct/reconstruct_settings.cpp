@@ -13,6 +13,10 @@ Outcome<void> reconstruct_settings(const ReconstructOptions& options) {
   if (options.model && settings->dialect != opensrd::Dialect::k2017)
     return Problem{Exit::kUsage, "--model is for recordings and for settings of the 2017 release", options.source.string(),
                    "the model in the settings (SurfaceModelParameters)", "", "change the settings"};
+  if (!options.plates.empty() && (settings->pose_from_image || settings->dialect == opensrd::Dialect::k2017))
+    return Problem{Exit::kUsage, "--plate needs poses from files", options.source.string(),
+                   "settings of the guide or of 2016 with poses, not reference images",
+                   "a pose from an image, which would have been taken through the plates too", "give the poses as files"};
   // Before any work: where results would go, and that nothing is overwritten.
   const bool from_images = settings->features_from_images && !options.features;
   const auto outputs = opensrd::plan_outputs(*settings, options.out, settings->pose_from_image, from_images);
@@ -20,7 +24,7 @@ Outcome<void> reconstruct_settings(const ReconstructOptions& options) {
   if (auto free = opensrd::check_free(*outputs, options.force); !free) return free.error();
   auto prepared =
       opensrd::prepare(*settings, {options.refractive_index, options.metric, options.features, options.rate_hz,
-                                   options.free_index, options.model});
+                                   options.free_index, options.model, options.plates});
   if (!prepared) return prepared.error();
   prepared->plan.threads = options.threads;
   const Outcome<RunResult> result = run(prepared->plan, terminal_progress());

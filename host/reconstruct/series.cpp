@@ -85,7 +85,7 @@ std::string series_csv(const RunPlan& plan, const RunResult& result) {
 }
 
 std::string series_model(const RunPlan& plan, const RunResult& result) {
-  return model_sidecar_text({{{kNode, plan.model, index_of(plan, result), extent(plan.points)}}});
+  return model_sidecar_text({{{kNode, plan.model, index_of(plan, result), extent(plan.points), plates_of(plan.media)}}});
 }
 
 double pattern_height(const RunPlan& plan, const dsp::Coefficients<double>& surface) {

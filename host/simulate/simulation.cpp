@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "drivers/camera/simulator/renderer.hpp"
+#include "drivers/recording/recorded_optics.hpp"
 #include "drivers/recording/truth.hpp"
 #include "drivers/support/text_file.hpp"
 
@@ -33,7 +34,7 @@ Outcome<void> nothing_is_there(const SimulationOptions& options) {
   if (options.force) return {};
   std::error_code error;
   for (const std::string_view name : {kFramesName, kCalibrationName, kPoseName, kPointsName, kTruthName,
-                                      kReferenceName, kPixelsName, kReferencePixelsName, kSceneName})
+                                      kReferenceName, kOpticsName, kPixelsName, kReferencePixelsName, kSceneName})
     if (fs::exists(options.out / name, error))
       return Problem{Exit::kUsage,
                      "is there already",
@@ -75,6 +76,7 @@ Outcome<void> write_simulation(const Scene& scene, std::string_view scene_text,
   for (const Outcome<void>& written :
        {write_calibration(file(kCalibrationName), scene.calibration), write_pose(file(kPoseName), scene.pose),
         write_points(file(kPointsName), scene.points()), write_truth(file(kTruthName), truth),
+        write_recorded_optics(options.out, {scene.media, scene.surface}),
         write_text_file(file(kPixelsName), pixel_text), write_text_file(file(kSceneName), scene_text)})
     if (!written) return written;
 

@@ -101,6 +101,7 @@ Outcome<ModelSidecar> read(const TomlFile& file) {
     node.model.y0 = required(table, "y0", place, "model origin Y0, mm");
     node.refractive_index = required(table, "refractive_index", {1.0, 4.0, ""}, "index of the water");
     node.pattern = read_extent(table);
+    node.plates = read_plates(table);
     sidecar.nodes.push_back(std::move(node));
   }
   if (auto done = file.finish(); !done) return done.error();
@@ -150,6 +151,7 @@ std::string model_sidecar_text(const ModelSidecar& sidecar) {
       out += "pattern_x = [" + number(node.pattern->x_min) + ", " + number(node.pattern->x_max) + "]\n";
       out += "pattern_y = [" + number(node.pattern->y_min) + ", " + number(node.pattern->y_max) + "]\n";
     }
+    out += plates_toml("node.plate", node.plates);
   }
   return out;
 }

@@ -9,7 +9,10 @@
 //   refractive_index = 1.333
 //   pattern_x = [0.0, 200.0]
 //   pattern_y = [0.0, 400.0]
-// The pattern's extent may be missing where the writer does not know it; everything else is required.
+//   [[node.plate]]             # floor plates from the top down
+//   thickness_mm = 12.0
+//   index = 1.49
+// The pattern's extent and the plates may be missing where the writer does not know them; everything else is required.
 #pragma once
 
 #include <filesystem>
@@ -18,6 +21,7 @@
 #include <string_view>
 #include <vector>
 
+#include "drivers/recording/recorded_optics.hpp"
 #include "drivers/support/problem.hpp"
 #include "dsp/optics/surface_model.hpp"
 
@@ -36,6 +40,7 @@ struct NodeModel {
   dsp::SurfaceModel<double> model;
   double refractive_index = 1.333;  // of the water, against air 1
   std::optional<PatternExtent> pattern;
+  Plates plates{};
 };
 
 struct ModelSidecar {

@@ -154,7 +154,7 @@ TEST(DurableRecording, IsReadableAfterItsWriterIsKilled) {
     ASSERT_TRUE(read.ok()) << read.error().text();
     EXPECT_GE(read->frames.size(), 20u);
     expect_whole(*read);
-    RecordingCamera camera(folder, {Pace::kMax, 0, 4});
+    RecordingCamera camera(folder, {Pace::kMax, {}, 4});
     ASSERT_TRUE(camera.start().ok());
     CameraFrame frame;
     for (std::size_t i = 0; i < read->frames.size(); ++i) {
@@ -192,7 +192,7 @@ TEST(DurableRecording, CutAtAnyByteGivesEveryWholeFrame) {
   const std::string image = fakes::bytes_of(folder / "frame_000002.pgm");
   for (std::size_t cut = 0; cut <= image.size(); cut += cut < 16 || cut + 4 > image.size() ? 1 : 9) {
     scratch.write("rec/frame_000002.pgm", image.substr(0, cut));
-    RecordingCamera camera(folder, {Pace::kMax, 0, 4});
+    RecordingCamera camera(folder, {Pace::kMax, {}, 4});
     ASSERT_TRUE(camera.start().ok());
     CameraFrame frame;
     for (std::uint64_t n = 0; n < kFrames; ++n) {

@@ -118,10 +118,11 @@ TEST(Recording, WrongListingsAreRefusedWithTheirLine) {
 TEST(Recording, ImagesWithoutListingComeInNaturalOrderAtTheGivenRate) {
   const ScratchFolder folder;
   for (const char* name :
-       {"frame_10.png", "frame_2.png", "frame_1.PNG", "frame_02.png", "notes.txt", "reference.png"})
+       {"frame_10.png", "frame_2.png", "frame_1.PNG", "frame_02.png", "notes.txt", "reference.png", "._frame_1.png",
+        ".frame_0.png"})
     folder.write(name, "x");
   std::filesystem::create_directory(folder.path() / "frame_3.png");
-  const auto read = read_recording(folder.path(), 30);
+  const auto read = read_recording(folder.path(), {30});
   ASSERT_TRUE(read) << read.error().text();
   std::vector<std::string> names;
   for (const auto& frame : read->frames) names.push_back(frame.file);
@@ -130,44 +131,36 @@ TEST(Recording, ImagesWithoutListingComeInNaturalOrderAtTheGivenRate) {
   EXPECT_EQ(read->frames[1].time_ns, 33'333'333);
   EXPECT_EQ(read->frames[3].time_ns, 100'000'000);
   for (const double rate : {0.0, -1.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
-    const auto without = read_recording(folder.path(), rate);
+    const auto without = read_recording(folder.path(), {rate});
     ASSERT_FALSE(without);
     EXPECT_EQ(without.error().exit, Exit::kUsage);
   }
 }
 
-TEST(Recording, NaturalOrderIsAStrictOrder) {
-  std::vector<std::string> names{"a",
-                                 "a1",
-                                 "a01",
-                                 "a1b",
-                                 "a10",
-                                 "a2",
-                                 "",
-                                 "1",
-                                 "01",
-                                 "001x",
-                                 "1x",
-                                 "b",
-                                 "A",
-                                 "f_99999999999999999999999",
-                                 "f_100000000000000000000000",
-                                 "a1.5",
-                                 "a1.10"};
-  for (const auto& a : names) {
-    EXPECT_FALSE(natural_less(a, a));
-    for (const auto& b : names) {
-      if (a != b) {
-        EXPECT_NE(natural_less(a, b), natural_less(b, a)) << a << " " << b;
-      }
-      for (const auto& c : names)
-        if (natural_less(a, b) && natural_less(b, c)) {
-          EXPECT_TRUE(natural_less(a, c)) << a << " " << b << " " << c;
-        }
-    }
+TEST(Recording, ClockThatWasSetBackIsRefusedUntilARateGivesTheTimes) {
+  const ScratchFolder folder;
+  folder.write("frames.csv", std::string(kFramesHeader) +
+                                 "\na.png,7,5000000000,0,0\nb.png,8,5040000000,0,0\nc.png,11,1000,0,1\n");
+  const auto refused = read_recording(folder.path(), {25});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().exit, Exit::kInput);
+  for (const char* part : {"frames.csv:4", "'time_ns' falls", "--rate HZ"})
+    EXPECT_NE(refused.error().text().find(part), std::string::npos) << refused.error().text();
+  const auto read = read_recording(folder.path(), {25, true});
+  ASSERT_TRUE(read) << read.error().text();
+  ASSERT_EQ(read->frames.size(), 3U);
+  EXPECT_EQ(read->frames[0].time_ns, 0);
+  EXPECT_EQ(read->frames[1].time_ns, 40'000'000);
+  EXPECT_EQ(read->frames[2].time_ns, 160'000'000) << "frames that the source lost take their time";
+  EXPECT_EQ(read->frames[2].sequence, 11U);
+  EXPECT_EQ(read->frames[2].strobe, StrobePhase::kLit);
+  ASSERT_EQ(read->notes.size(), 1U);
+  EXPECT_NE(read->notes[0].find("25 Hz"), std::string::npos) << read->notes[0];
+  for (const double rate : {0.0, std::nan(""), 1e-12}) {
+    const auto wrong = read_recording(folder.path(), {rate, true});
+    ASSERT_FALSE(wrong) << rate;
+    EXPECT_EQ(wrong.error().exit, Exit::kUsage);
   }
-  EXPECT_TRUE(natural_less("f_99999999999999999999999", "f_100000000000000000000000"));
-  EXPECT_TRUE(natural_less("a1.5", "a1.10"));
 }
 
 TEST(ImageFile, HeadersThatClaimTooMuchAreRefused) {

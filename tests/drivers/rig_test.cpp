@@ -144,6 +144,62 @@ TEST(Rig, WrongCalibrationIsRefusedWithFileAndKey) {
   EXPECT_FALSE(read_calibration(folder.path()));
 }
 
+TEST(Rig, LensOfAnotherFormulaIsRefusedByItsName) {
+  const ScratchFolder folder;
+  const auto file = folder.path() / "calibration.yml";
+  const auto distortion = [](int n) {
+    std::string numbers = "0.01";
+    for (int i = 1; i < n; ++i) numbers += ", 0.01";
+    return matrix("distortion_coefficients", 1, n, numbers);
+  };
+  struct Case {
+    std::string line;
+    int n;
+    std::string said;  // empty: taken
+  };
+  const std::vector<Case> cases = {
+      {"distortion_model: plumb_bob", 5, ""},
+      {"distortion_model: \"plumb_bob\"", 4, ""},
+      {"distortion_model: radtan", 4, ""},
+      {"distortion_model: Brown Conrady", 5, ""},
+      {"distortion_model: rational_polynomial", 8, ""},
+      {"distortion_model: rational-polynomial", 14, ""},
+      {"distortion_model: thin_prism", 12, ""},
+      {"distortion_model: tilted", 14, ""},
+      {"camera_model: pinhole", 4, ""},
+      {"fisheye_model: 0", 5, ""},
+      {"distortion_model: equidistant", 4, "'equidistant'"},
+      {"distortion_model: equi", 4, "'equi'"},
+      {"distortion_model: fisheye", 4, "'fisheye'"},
+      {"distortion_model: kannala_brandt4", 4, "'kannala_brandt4'"},
+      {"distortion_model: inverse_brown_conrady", 5, "'inverse_brown_conrady'"},
+      {"distortion_model: thin_prism_fisheye", 12, "'thin_prism_fisheye'"},
+      {"distortion_model: \"\"", 4, "''"},
+      {"distortion_model: [ plumb_bob ]", 4, "not a name"},
+      {"distortion_model: plumb_bob", 8, "4 or 5 coefficients"},
+      {"distortion_model: rational_polynomial", 5, "8 or 12 or 14 coefficients"},
+      {"distortion_model: tilted", 12, "14 coefficients"},
+      {"camera_model: omni", 4, "'omni'"},
+      {"model_type: KANNALA_BRANDT", 4, "'KANNALA_BRANDT'"},
+      {"fisheye_model: 1", 4, "fisheye"},
+      {"xi: 1.2", 4, "omnidirectional"},
+  };
+  for (const Case& c : cases) {
+    folder.write("calibration.yml", kHead + kGoodCamera + distortion(c.n) + c.line + "\n");
+    const auto read = read_calibration(file);
+    if (c.said.empty()) {
+      ASSERT_TRUE(read) << c.line << "\n" << read.error().text();
+      EXPECT_EQ(read->distortion.size(), static_cast<std::size_t>(c.n));
+      continue;
+    }
+    ASSERT_FALSE(read) << c.line << " with " << c.n;
+    const std::string said = read.error().text();
+    EXPECT_EQ(read.error().exit, Exit::kInput);
+    EXPECT_NE(said.find(c.line.substr(0, c.line.find(':'))), std::string::npos) << said;
+    EXPECT_NE(said.find(c.said), std::string::npos) << said;
+  }
+}
+
 TEST(Rig, WrongPoseIsRefusedWithFileAndKey) {
   const ScratchFolder folder;
   const std::string rotation = matrix("Rotationmatrix", 3, 3, "1,0,0,0,-1,0,0,0,-1");

@@ -25,6 +25,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 TEST(ModelSidecar, ReadsBackWhatItWrote) {
   ModelSidecar written{{flume("flume-1"), flume("odd \"name\"\\\t")}};
   written.nodes[1].pattern.reset();
+  written.nodes[1].plates = {{12, 1.49}, {1.0 / 3, 1}};
   const fakes::ScratchFolder scratch;
   const auto file = model_sidecar_path(scratch.path() / "sidecar.csv");
   EXPECT_EQ("sidecar.csv.model.toml", file.filename());
@@ -42,6 +43,7 @@ TEST(ModelSidecar, ReadsBackWhatItWrote) {
     EXPECT_EQ(a.model.y0, b.model.y0);
     EXPECT_EQ(a.refractive_index, b.refractive_index);
     EXPECT_EQ(a.pattern, b.pattern);
+    EXPECT_TRUE(same_plates(a.plates, b.plates)) << plates_text(b.plates);
   }
   EXPECT_EQ(&read->nodes[0], read->find("flume-1"));
   EXPECT_EQ(nullptr, read->find("flume"));
