@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "drivers/support/formatted.hpp"
+#include "host/table/coefficient_columns.hpp"
 
 namespace srd::host {
 namespace {
@@ -114,8 +115,8 @@ std::string summary_table(const Session& session) {
                            "duplicates", "state");
   for (const auto& [id, source] : receiver.sources()) {
     const StreamCounts& counts = source.stream.counts();
-    out += formatted("%-16s %-20" PRIu64 " %10" PRIu64 " %9" PRIu64 " %8" PRIu64 " %8" PRIu64 " %10" PRIu64 "  %s\n",
-                  id.node.c_str(), id.boot, counts.delivered, source.stream.missing(), counts.lost, source.status.resent,
+    out += formatted("%-16s %-20s %10" PRIu64 " %9" PRIu64 " %8" PRIu64 " %8" PRIu64 " %10" PRIu64 "  %s\n",
+                  id.node.c_str(), boot_text(id.boot).c_str(), counts.delivered, source.stream.missing(), counts.lost, source.status.resent,
                   counts.duplicates, ending_of(source));
     if (counts.lost > 0)
       out += "  frames that are in no record: " + range_text(source.stream.lost_ranges(), 20) + "\n";
