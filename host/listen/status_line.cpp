@@ -50,6 +50,8 @@ std::vector<std::string> concerns(const proto::NodeStatus& status) {
     out.push_back(std::string("was once ") + proto::throttled_text(status.throttled >> proto::Throttled::kEverShift));
   if (status.clock_state == proto::ClockState::kUnsynchronised) out.emplace_back("clock not synchronised");
   if (status.recording == proto::RecordState::kStopped) out.emplace_back("recording stopped");
+  if (status.bad_stamps > 0)
+    out.push_back(std::to_string(status.bad_stamps) + " frames timed by their arrival: the camera's driver gave impossible times");
   if (status.disconnects > 0) out.push_back("camera was away " + std::to_string(status.disconnects) + " times");
   if (status.restarts > 0)
     out.push_back("restart " + std::to_string(status.restarts) + " after: " + std::string(status.last_end.view()));
