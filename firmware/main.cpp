@@ -96,8 +96,9 @@ srd::Outcome<void> check_host(const Arguments& arguments, const srd::firmware::N
   return {};
 }
 
-int report_on(const srd::firmware::RunReport& report, const Arguments& arguments, const std::string& host,
+int report_on(const srd::firmware::RunReport& report, const Arguments& arguments, const srd::firmware::NodeConfig& config,
               const srd::firmware::Instrument& instrument) {
+  const std::string host = config.host, source = config.camera->text();
   std::fputs(report.text().c_str(), stderr);
   if (!arguments.truth.empty())
     if (auto written = srd::write_truth(arguments.truth, srd::truth_of(*instrument.scene, report.records)); !written)
@@ -107,6 +108,10 @@ int report_on(const srd::firmware::RunReport& report, const Arguments& arguments
                  std::to_string(report.transmitter.unacknowledged) + " frames not acknowledged, " +
                      std::to_string(report.transmitter.counts.lost) + " overwritten",
                  report.transmitter.host_problem.empty() ? "is srd listen running there?" : "a numeric address, or srd-node --doctor"});
+  // A run that was stopped has said it above: a service that ends in order has not failed.
+  if (!report.without_surface.empty() && !stop_requested)
+    return fail({srd::Exit::kInput, "nothing was measured: no frame has a surface", source, "frames that show the pattern through the water",
+                 report.without_surface, "srd-node --doctor with this configuration looks at camera, light and pattern"});
   return 0;
 }
 
@@ -185,7 +190,7 @@ int run(const Arguments& arguments) {
   const auto report = measure(*config, arguments, *instrument, *last_end);
   if (!report) return ended(report.error());
   last_end->clear();
-  return report_on(*report, arguments, config->host, *instrument);
+  return report_on(*report, arguments, *config, *instrument);
 }
 
 }  // namespace

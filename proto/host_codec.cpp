@@ -95,6 +95,7 @@ std::optional<NodeStatus> read(const wire::NodeStatus& from, const Stamp& stamp)
   to.recorded = from.recorded();
   to.record_dropped = from.record_dropped();
   to.disconnects = from.disconnects();
+  to.bad_stamps = from.bad_stamps();
   to.state = *state;
   to.software = *software;
   to.capture_hz = from.capture_hz();

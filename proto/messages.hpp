@@ -112,6 +112,7 @@ struct NodeStatus {
   RecordState recording = RecordState::kNone;
   std::uint64_t recorded = 0, record_dropped = 0;  // frames on the node's disk, and that it was too slow for
   std::uint64_t disconnects = 0;                   // of the camera
+  std::uint64_t bad_stamps = 0;                    // frames timed by their arrival: the driver's time was impossible
   FixedText<15> software;
   FixedList<SequenceRange, 16> lost_ranges;  // ascending, apart
 };

@@ -123,6 +123,7 @@ void fill(const NodeStatus& from, srd_wire_NodeStatus& to) {
   to.recorded = from.recorded;
   to.record_dropped = from.record_dropped;
   to.disconnects = from.disconnects;
+  to.bad_stamps = from.bad_stamps;
   for (const SequenceRange& range : from.lost_ranges) to.lost_ranges[to.lost_ranges_count++] = {range.begin, range.end};
 }
 

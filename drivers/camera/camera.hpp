@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "drivers/camera/camera_counters.hpp"
 #include "drivers/camera/frame_timing.hpp"
@@ -57,6 +58,9 @@ class Camera {
   [[nodiscard]] virtual FrameTiming timing() const { return {}; }
   // Lines for a person, each with its end; valid after start: what was agreed with the device, and what it cannot do.
   [[nodiscard]] virtual std::string summary() const { return {}; }
+  // Valid after start: what of the image the device still changes although it should not (sharpening, autofocus), a control
+  // each, in words for a person.
+  [[nodiscard]] virtual std::vector<std::string> image_concerns() const { return {}; }
   // One for a person, after stop: why a device that went away did not come back. Empty: nothing to say.
   [[nodiscard]] virtual std::string last_words() const { return {}; }
   // From any thread.

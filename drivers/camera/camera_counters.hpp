@@ -13,11 +13,13 @@ struct CameraCounters {
   std::atomic<std::uint64_t> timeouts{0};       // spans without a frame, of a second and four periods at least
   std::atomic<std::uint64_t> disconnects{0};    // times that the device went away, or stood still and was opened again
   std::atomic<std::uint64_t> reconnects{0};     // times that it came back and streamed again
+  std::atomic<std::uint64_t> bad_stamps{0};     // frames whose stamp cannot be true: timed by their arrival
   std::atomic<std::uint64_t> requeue_failures{0};  // buffers that the device did not take back at once
 
   [[nodiscard]] bool any() const {
     return error_buffers.load(std::memory_order_relaxed) + timeouts.load(std::memory_order_relaxed) +
-               disconnects.load(std::memory_order_relaxed) + requeue_failures.load(std::memory_order_relaxed) >
+               disconnects.load(std::memory_order_relaxed) + bad_stamps.load(std::memory_order_relaxed) +
+               requeue_failures.load(std::memory_order_relaxed) >
            0;
   }
   // "3 error buffers, 1 timeout, 2 disconnects, 2 reconnects"; empty when there is nothing to say.
@@ -32,6 +34,7 @@ struct CameraCounters {
     say(timeouts, "timeout");
     say(disconnects, "disconnect");
     say(reconnects, "reconnect");
+    say(bad_stamps, "impossible time stamp");
     say(requeue_failures, "failed requeue");
     return out;
   }

@@ -42,24 +42,30 @@ Outcome<HostAndPort> HostAndPort::parse(std::string_view text, std::string_view 
 }
 
 Outcome<Address> Address::parse(std::string_view text, std::string_view where) {
+  auto all = parse_all(text, where);
+  if (!all) return all.error();
+  return all->front();
+}
+
+Outcome<std::vector<Address>> Address::parse_all(std::string_view text, std::string_view where) {
   const auto parsed = HostAndPort::parse(text, where);
   if (!parsed) return parsed.error();
-  Address address;
-  if (const int failure = address.look_up(*parsed, 0); failure != 0)
+  std::vector<Address> addresses;
+  if (const int failure = look_up(*parsed, 0, addresses); failure != 0)
     return Problem{.exit = Exit::kNetwork,
                    .what = "cannot resolve '" + parsed->host + "': " + ::gai_strerror(failure),
                    .where = std::string(where),
                    .advice = "a numeric address, or check the name and the network"};
-  return address;
+  return addresses;
 }
 
 std::optional<Address> Address::numeric(const HostAndPort& of) {
-  Address address;
-  if (address.look_up(of, AI_NUMERICHOST) != 0) return std::nullopt;
-  return address;
+  std::vector<Address> addresses;
+  if (look_up(of, AI_NUMERICHOST, addresses) != 0) return std::nullopt;
+  return addresses.front();
 }
 
-int Address::look_up(const HostAndPort& of, int flags) {
+int Address::look_up(const HostAndPort& of, int flags, std::vector<Address>& addresses) {
   addrinfo hints{};
   hints.ai_family = AF_UNSPEC;
   hints.ai_socktype = SOCK_DGRAM;
@@ -68,9 +74,15 @@ int Address::look_up(const HostAndPort& of, int flags) {
   if (const int failure = ::getaddrinfo(of.host.c_str(), std::to_string(of.port).c_str(), &hints, &found); failure != 0)
     return failure;
   const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> owner(found, &::freeaddrinfo);
-  std::copy_n(reinterpret_cast<const char*>(found->ai_addr), found->ai_addrlen, reinterpret_cast<char*>(&storage_));
-  size_ = found->ai_addrlen;
-  return 0;
+  for (const addrinfo* entry = found; entry != nullptr; entry = entry->ai_next) {
+    if (entry->ai_family != AF_INET && entry->ai_family != AF_INET6) continue;
+    Address address;
+    std::copy_n(reinterpret_cast<const char*>(entry->ai_addr), entry->ai_addrlen, reinterpret_cast<char*>(&address.storage_));
+    address.size_ = entry->ai_addrlen;
+    // A name that stands twice in /etc/hosts has its address twice.
+    if (std::find(addresses.begin(), addresses.end(), address) == addresses.end()) addresses.push_back(address);
+  }
+  return addresses.empty() ? EAI_NONAME : 0;
 }
 
 std::string Address::text() const {

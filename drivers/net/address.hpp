@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "drivers/support/problem.hpp"
 
@@ -24,9 +25,11 @@ struct HostAndPort {
 class Address {
  public:
   Address() = default;
-  // Resolves names, which may block for many seconds. kUsage for a text that is no HOST:PORT, kNetwork for a name that cannot
+  // Resolves names, which may block for many seconds; the first of several addresses. kUsage for a text that is no HOST:PORT, kNetwork for a name that cannot
   // be resolved.
   [[nodiscard]] static Outcome<Address> parse(std::string_view text, std::string_view where);
+  // All addresses of a name, different ones, in the order in which the system prefers them; at least one. As parse otherwise.
+  [[nodiscard]] static Outcome<std::vector<Address>> parse_all(std::string_view text, std::string_view where);
   // Nothing for a name: never waits.
   [[nodiscard]] static std::optional<Address> numeric(const HostAndPort& of);
 
@@ -44,7 +47,7 @@ class Address {
 
  private:
   // 0, or an error of getaddrinfo.
-  [[nodiscard]] int look_up(const HostAndPort& of, int flags);
+  [[nodiscard]] static int look_up(const HostAndPort& of, int flags, std::vector<Address>& found);
 
   sockaddr_storage storage_{};
   socklen_t size_ = 0;

@@ -1,55 +1,53 @@
 #include "drivers/recording/truth.hpp"
 
-#include <span>
+#include <cmath>
 #include <string>
 
+#include "drivers/support/csv_table.hpp"
 #include "drivers/support/text_file.hpp"
 
 namespace srd {
 
 Outcome<Truth> read_truth(const std::filesystem::path& file) {
   const std::string expected = "frame,time_ns,<modes>";
-  const Outcome<std::string> text = read_text_file(file, "a truth file: " + expected, std::size_t{1} << 28);
+  Outcome<std::string> text = read_text_file(file, "a truth file: " + expected, std::size_t{1} << 28);
   if (!text) return text.error();
-  const std::vector<TextLine> lines = split_lines(*text);
-  const auto problem = [&](int line, const std::string& what, const std::string& wanted,
-                           std::string_view found) {
-    return Problem{Exit::kInput,
-                   what,
-                   file.string() + ":" + std::to_string(line),
-                   wanted,
-                   "'" + std::string(found.substr(0, 80)) + "'",
-                   ""};
+  if (!text->empty() && text->back() != '\n') *text += '\n';  // as editors leave it
+  const auto header_problem = [&](const std::string& what, const std::string& wanted, const std::string& found) {
+    return Problem{Exit::kInput, what, file.string() + ":1", wanted, "'" + found.substr(0, 80) + "'", ""};
   };
-  if (lines.empty()) return problem(1, "has no header", expected, "");
-  const std::vector<std::string_view> header = split_commas(lines[0].text);
+  if (text->empty()) return header_problem("has no header", expected, "");
+  const Outcome<CsvTable> table = CsvTable::parse(std::move(*text), file.string());
+  if (!table) return table.error();
+  const std::vector<std::string>& header = table->columns();
+  std::string names;
+  for (const std::string& name : header) names += (names.empty() ? "" : ",") + name;
   if (header.size() < 3 || header[0] != "frame" || header[1] != "time_ns")
-    return problem(1, "has another header", expected, lines[0].text);
+    return header_problem("has another header", expected, names);
   std::vector<dsp::Mode> modes;
   for (std::size_t i = 2; i < header.size(); ++i) {
     const std::optional<dsp::Mode> mode = dsp::Mode::parse(header[i]);
-    if (!mode) return problem(1, "names no mode", "A00, B, C, A10, ..", header[i]);
+    if (!mode) return header_problem("names no mode", "A00, B, C, A10, ..", header[i]);
     modes.push_back(*mode);
   }
   const Result<dsp::ModeList> list = dsp::ModeList::make(modes);
-  if (!list) return problem(1, "is no list of modes", "up to 24 different modes", lines[0].text);
+  if (!list) return header_problem("is no list of modes", "up to 24 different modes", names);
+  const auto frames = table->unsigned_integers("frame");
+  if (!frames) return frames.error();
+  const auto times = table->integers("time_ns");
+  if (!times) return times.error();
   Truth truth{*list, {}};
-  for (std::size_t i = 1; i < lines.size(); ++i) {
-    const TextLine& line = lines[i];
-    if (trimmed(line.text).empty()) continue;
-    const std::vector<std::string_view> fields = split_commas(line.text);
-    const std::string wanted = std::to_string(header.size()) + " numbers: " + std::string(lines[0].text);
-    if (fields.size() != header.size()) return problem(line.number, "has another length", wanted, line.text);
-    const auto frame = parse_number<std::uint64_t>(fields[0]);
-    const auto time_ns = parse_number<std::int64_t>(fields[1]);
-    if (!frame || !time_ns) return problem(line.number, "is not a row of truth", wanted, line.text);
-    TruthRow row{*frame, *time_ns, dsp::Coefficients<double>(list->size())};
-    for (int j = 0; j < list->size(); ++j) {
-      const auto value = parse_number<double>(fields[static_cast<std::size_t>(j) + 2]);
-      if (!value) return problem(line.number, "is not a row of truth", wanted, line.text);
-      row.coefficients[j] = *value;
+  for (std::size_t i = 0; i < table->rows(); ++i)
+    truth.rows.push_back({(*frames)[i], (*times)[i], dsp::Coefficients<double>(list->size())});
+  for (int j = 0; j < list->size(); ++j) {
+    const auto values = table->numbers(header[static_cast<std::size_t>(j) + 2]);
+    if (!values) return values.error();
+    for (std::size_t i = 0; i < table->rows(); ++i) {
+      if (std::isnan((*values)[i]))
+        return Problem{Exit::kInput, "is not a row of truth", table->where(i), std::to_string(header.size()) + " numbers: " + names,
+                       "nothing in column '" + header[static_cast<std::size_t>(j) + 2] + "'", ""};
+      truth.rows[i].coefficients[j] = (*values)[i];
     }
-    truth.rows.push_back(row);
   }
   return truth;
 }

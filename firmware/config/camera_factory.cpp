@@ -31,6 +31,8 @@ std::unique_ptr<Camera> make_v4l2(const NodeConfig& config, const CameraPlace& p
   options.ask.rate_required = live.rate_required;
   options.ask.exposure_us = live.exposure_us;
   options.ask.gain = live.gain;
+  options.ask.sharpness = live.sharpness;
+  options.ask.focus = live.focus;
   options.ask.buffers = live.buffers;
   options.timing = timing_of(config, place);
   options.stamp = live.stamp;
@@ -48,6 +50,8 @@ Outcome<std::unique_ptr<Camera>> make_libcamera(const NodeConfig& config, const 
   options.rate_required = live.rate_required;
   options.exposure_us = live.exposure_us;
   options.gain = live.gain;
+  options.sharpness = live.sharpness;
+  options.focus = live.focus;
   options.buffers = live.buffers;
   options.timing = timing_of(config, place);
   options.timing.mark = live.stamp.value_or(StampMark::kFrameStart);

@@ -26,6 +26,8 @@ void read_live(TomlTable& camera, LiveCamera& live) {
   live.height = size("height_px");
   live.exposure_us = camera.integer("exposure_us", {1, 1e6, "us"});
   live.gain = camera.number("gain", {0, 1e6});
+  live.sharpness = camera.number("sharpness", {0, 1e6});
+  live.focus = camera.number("focus", {0, 1e6});
   if (auto buffers = camera.integer("buffers", {3, FramePool::kMostBuffers})) live.buffers = static_cast<int>(*buffers);
   if (auto shutter = camera.choice("shutter", {"global", "rolling"}))
     live.shutter = *shutter == "rolling" ? Shutter::kRolling : Shutter::kGlobal;

@@ -36,6 +36,8 @@ struct LiveCamera {
   std::optional<int> width, height;  // px; none: the calibration's
   std::optional<std::int64_t> exposure_us;  // none: left as the camera has it
   std::optional<double> gain;    // libcamera: analogue factor; V4L2: the device's units
+  std::optional<double> sharpness;  // none: the least that the camera has
+  std::optional<double> focus;   // libcamera: 1/m; V4L2: the device's units; none: the lens stays where it is
   int buffers = 4;
   Shutter shutter = Shutter::kGlobal;
   std::int64_t readout_us = 0;   // first row to last row

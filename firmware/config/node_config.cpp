@@ -5,6 +5,7 @@
 #include "drivers/support/toml_reader.hpp"
 #include "dsp/optics/water_index.hpp"
 #include "proto/identity.hpp"
+#include "proto/plain_word.hpp"
 
 namespace srd::firmware {
 
@@ -21,6 +22,9 @@ void read_node(TomlTable node, const std::filesystem::path& folder, NodeConfig& 
   if (auto id = node.text("id")) {
     if (!proto::NodeId::make(*id))
       node.complain("id", "1 to 31 letters, digits, '-', '_' and '.'", "\"" + *id + "\"");
+    else if (proto::reads_as_value(*id))
+      node.complain("id", "a name that no program reads as a number, a date, a truth value or a missing one",
+                    "\"" + *id + "\"", "a word before it: \"flume-" + *id + "\"");
     else
       config.node_id = *id;
   }

@@ -92,6 +92,19 @@ void judge_frames(const Seen& seen, bool live, double wanted_hz, Diagnosis& diag
   }
 }
 
+void judge_stamps(const CameraCounters& faults, Diagnosis& diagnosis) {
+  const std::uint64_t bad = faults.bad_stamps.load(std::memory_order_relaxed);
+  if (bad == 0) return;
+  diagnosis.warn("stamps", formatted("%llu frames with a time that cannot be true", static_cast<unsigned long long>(bad)),
+                 "another driver or kernel for this camera: those frames carry the time at which they arrived");
+}
+
+void judge_image(const std::vector<std::string>& concerns, Diagnosis& diagnosis) {
+  for (const std::string& concern : concerns)
+    diagnosis.warn("image", concern, "turn that control by hand (v4l2-ctl, the camera's own menu), or a camera without it: "
+                   "what changes edges or the lens moves the corners");
+}
+
 void judge_light(const Seen& seen, const LitFrames& frames, Diagnosis& diagnosis) {
   if (seen.frames == 0) return;
   if (seen.pixels == 0) {
@@ -176,6 +189,7 @@ void check_camera(const NodeConfig& config, Instrument& instrument, const OpenLi
   else
     diagnosis.fail(Exit::kInput, "camera", size + ", and the calibration is of " + formatted("%d x %d", instrument.width, instrument.height),
                    "the calibration of this camera and mode");
+  judge_image(camera.image_concerns(), diagnosis);
   {
     // As in a measurement, and to the end: a sensor that waits for triggers gives frames, and their light is what they will
     // have. A strobe that does not work is for the GPIO's own check.
@@ -186,6 +200,7 @@ void check_camera(const NodeConfig& config, Instrument& instrument, const OpenLi
     const Seen seen = watch(frames, options.camera_time + frames.time_to_light(config.frame_rate_hz), options);
     if (!options.stopping()) {
       judge_frames(seen, camera.live(), config.frame_rate_hz, diagnosis);
+      judge_stamps(camera.faults(), diagnosis);
       judge_light(seen, frames, diagnosis);
       if (fits && seen.frames > 0) find_pattern(instrument, frames, options, diagnosis);
     }

@@ -1,4 +1,5 @@
 #include <array>
+#include <optional>
 #include <random>
 
 #include "drivers/net/udp_socket.hpp"
@@ -44,23 +45,36 @@ void check_network(const NodeConfig& config, const DoctorOptions& options, Diagn
     diagnosis.warn("network", "no host: nothing is sent", "node.host, or --host ADDR:PORT");
     return;
   }
-  const auto host = Address::parse(config.host, config.file.string());
-  if (!host) {
-    diagnosis.fail("network", host.error());
+  const auto hosts = Address::parse_all(config.host, config.file.string());
+  if (!hosts) {
+    diagnosis.fail("network", hosts.error());
     return;
   }
-  auto socket = UdpSocket::connect(*host);
-  if (!socket) {
-    Problem problem = socket.error();
+  // As the node does: each address until one answers.
+  std::string ways, silent;
+  std::optional<Problem> unreachable;
+  std::optional<double> answer;
+  for (const Address& host : *hosts) {
+    auto socket = UdpSocket::connect(host);
+    if (!socket) {
+      unreachable = socket.error();
+      continue;
+    }
+    ways = config.host + " is " + host.text() + ", from " + socket->local().text();
+    if (answer = answer_ms(*socket, config.node_id, options.answer_time); answer) break;
+    silent += (silent.empty() ? "" : " or ") + host.text();
+  }
+  if (ways.empty()) {
+    Problem problem = *unreachable;
     if (problem.advice.empty()) problem.advice = "'ip route' and the cable: this board knows no way there";
     diagnosis.fail("network", problem);
     return;
   }
-  diagnosis.ok("network", config.host + " is " + host->text() + ", from " + socket->local().text());
-  if (const auto answer = answer_ms(*socket, config.node_id, options.answer_time))
+  diagnosis.ok("network", ways);
+  if (answer)
     diagnosis.ok("host", "srd listen answers within " + std::to_string(static_cast<int>(*answer) + 1) + " ms");
   else
-    diagnosis.fail(Exit::kNetwork, "host", "nobody answers at " + host->text(),
+    diagnosis.fail(Exit::kNetwork, "host", "nobody answers at " + silent,
                    "srd listen there with --bind of that address and port, and its firewall (UDP)");
 }
 

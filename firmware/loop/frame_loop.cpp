@@ -192,6 +192,8 @@ void FrameLoop::make_record(const Captured& captured) {
     count(counters_.dark);
   } else {
     const dsp::FrameResult<float>& result = tracker_.process(std::span(&frame.image, 1), frame.time_ns);
+    // Once: an eighth of one image.
+    if (!result.has_surface() && !first_image_.taken()) first_image_ = ImageSketch(frame.image);
     camera_.give_back(frame);
     record_.status = status_of(result);
     record_.corners_expected = static_cast<std::uint32_t>(result.expected);
@@ -228,6 +230,7 @@ void FrameLoop::make_record(const Captured& captured) {
 
 void FrameLoop::deliver() {
   count(counters_.records);
+  ++statuses_[static_cast<std::size_t>(record_.status)];
   while (!take_(record_)) {
     if (camera_.live()) {  // the transmitting side is overrun: the record is lost, and the next one says so
       ++dropped_before_;

@@ -2,11 +2,13 @@
 // After the threads run: no heap, no exception, no lock but the camera's own.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <functional>
 
 #include "drivers/camera/camera.hpp"
+#include "drivers/camera/image_sketch.hpp"
 #include "dsp/core/spsc_ring.hpp"
 #include "dsp/pipeline/surface_tracker.hpp"
 #include "firmware/loop/frame_deadline.hpp"
@@ -66,6 +68,11 @@ class FrameLoop {
   [[nodiscard]] const dsp::RankReport& last_singular() const { return last_singular_; }
   [[nodiscard]] const PageFaults& capture_faults() const { return capture_faults_; }
   [[nodiscard]] const PageFaults& process_faults() const { return process_faults_; }
+  // Frames by status; after process() has returned.
+  [[nodiscard]] const std::array<std::uint64_t, proto::kFrameStatusCount>& statuses() const { return statuses_; }
+  // Of the first image without a surface; after process() has returned.
+  [[nodiscard]] const ImageSketch& first_image() const { return first_image_; }
+  [[nodiscard]] const CameraCounters& camera_faults() const { return camera_.faults(); }
   [[nodiscard]] bool capturing() const { return !captured_all_.load(std::memory_order_acquire); }
 
  private:
@@ -93,6 +100,8 @@ class FrameLoop {
   // Of the processing thread.
   proto::CoefficientFrame record_;
   dsp::RankReport last_singular_;
+  std::array<std::uint64_t, proto::kFrameStatusCount> statuses_{};
+  ImageSketch first_image_;
   std::uint32_t dropped_before_ = 0;
   std::uint64_t next_sequence_ = 0;
   bool any_sequence_ = false;

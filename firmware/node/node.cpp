@@ -7,6 +7,8 @@
 #include <random>
 #include <sstream>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "drivers/support/rank_text.hpp"
 #include "firmware/realtime/realtime.hpp"
@@ -94,6 +96,19 @@ std::string text_of(const RunRecording& recording) {
          "; the measurement goes on\n";
 }
 
+// "12 searching, 3 dark", the commonest first, and what the image tells.
+std::string why_no_surface(const FrameLoop& loop) {
+  std::vector<std::pair<std::uint64_t, int>> counts;
+  for (int i = 0; i < proto::kFrameStatusCount; ++i)
+    if (const std::uint64_t n = loop.statuses()[static_cast<std::size_t>(i)]; n > 0) counts.emplace_back(n, i);
+  std::stable_sort(counts.begin(), counts.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::string text;
+  for (const auto& [n, status] : counts)
+    text += (text.empty() ? "" : ", ") + std::to_string(n) + " " + proto::to_string(static_cast<proto::FrameStatus>(status));
+  const std::string image = loop.first_image().diagnosis();
+  return image.empty() ? text : text + "; " + image;
+}
+
 // A started camera, its frame loop in two threads, and this thread that watches them.
 class NodeRun {
  public:
@@ -149,6 +164,7 @@ class NodeRun {
     camera_.stop();
     if (recording_.recorder) recording_.recorder->finish();
     watch_recorder();
+    watch_stamps();
   }
 
   RunReport report() {
@@ -159,6 +175,7 @@ class NodeRun {
     report.surfaces = value(counters.surfaces);
     report.acquired = value(counters.acquired);
     report.lost_tracks = value(counters.lost_tracks);
+    if (report.records > 0 && report.surfaces == 0) report.without_surface = why_no_surface(loop_);
     report.dropped_by_source = value(counters.dropped_by_source);
     report.dropped_late = value(counters.dropped_late);
     report.bad = value(counters.bad);
@@ -206,6 +223,14 @@ class NodeRun {
                  "; the measurement goes on\n");
   }
 
+  // Once: how many it became is in the status and the report.
+  void watch_stamps() {
+    if (said_stamps_ || value(camera_.faults().bad_stamps) == 0) return;
+    said_stamps_ = true;
+    options_.say("note      the camera's driver gives times that cannot be true (standing still, running back, or in the "
+                 "future): those frames carry the time at which they arrived\n");
+  }
+
   proto::NodeStatus status_by(StatusMaker& maker, double seconds, bool stopping) {
     proto::NodeStatus status = maker.make(loop_, recording_.recorder.get(), strobe_.get(), seconds, stopping);
     if (!recording_.refusal.empty()) status.recording = proto::RecordState::kStopped;
@@ -215,6 +240,10 @@ class NodeRun {
   // Once for each change.
   void watch_host() {
     const std::string problem = transmitter_ ? transmitter_->host_problem() : std::string();
+    if (const std::string address = transmitter_ ? transmitter_->host_address() : std::string(); address != said_address_) {
+      said_address_ = address;
+      options_.say("host      " + address + "\n");
+    }
     if (problem.empty() == !host_missed_) return;
     host_missed_ = !problem.empty();
     options_.say(host_missed_ ? "note      " + problem + "; it is looked up every second, and frames are kept until then\n"
@@ -240,6 +269,7 @@ class NodeRun {
     if (now < next_status_) return;
     next_status_ += kStatusInterval;
     watch_recorder();
+    watch_stamps();
     if (now - begin_ >= kStatusInterval) watch_host();  // a lookup takes its moment
     const proto::NodeStatus status = status_by(status_, 1, false);
     const bool host_unresolved = transmitter_ && !transmitter_->host_problem().empty();
@@ -254,7 +284,9 @@ class NodeRun {
   RunRecording recording_;
   std::unique_ptr<Strobe> strobe_;
   bool said_stopped_ = false;
+  bool said_stamps_ = false;
   bool host_missed_ = false;  // and said so
+  std::string said_address_;
   Realtime& realtime_;
   const std::atomic<bool>& stop_;
   FrameLoop loop_;
@@ -295,6 +327,7 @@ std::string RunReport::text() const {
       << seconds << " s\n"
       << "tracking  found " << acquired << " times, lost " << lost_tracks << " times\n"
       << "dropped   " << dropped_by_source << " by the source, " << dropped_late << " late, " << bad << " unusable\n";
+  if (!without_surface.empty()) out << "surface   none in any frame: " << without_surface << "\n";
   if (!camera_faults.empty()) out << "camera    " << camera_faults << "\n";
   out << camera_last_words;
   if (minor_faults + major_faults > 0)
@@ -306,6 +339,7 @@ std::string RunReport::text() const {
   if (recording)
     out << "recorded  " << recorded << " frames to " << recorded_to << ", " << record_dropped << " dropped"
         << (record_problem.empty() ? "" : "; stopped: " + record_problem) << "\n";
+  if (!transmitter.host_address.empty()) out << "host      " << transmitter.host_address << "\n";
   if (!transmitter.host_problem.empty()) out << "host      " << transmitter.host_problem << "\n";
   if (sent)
     out << "sent      " << transmitter.counts.datagrams << " datagrams, " << transmitter.counts.resent << " again, "

@@ -27,6 +27,7 @@ struct RunReport {
   std::string recorded_to, record_problem;  // the folder; why it ended before the run did or never began, else empty
   std::uint64_t recorded = 0, record_dropped = 0;
   StrobeReport strobe;
+  std::string without_surface;  // why, and what to look at, when not one record has a surface; else empty
   bool sent = false;  // whether there was a host to send to
   TransmitterReport transmitter;
   double seconds = 0;

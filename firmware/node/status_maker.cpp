@@ -38,6 +38,7 @@ proto::NodeStatus StatusMaker::make(const FrameLoop& loop, const FrameRecorder* 
   status.disconnects = value(counters.disconnects);
   status.minor_faults = loop.capture_faults().minor() + loop.process_faults().minor();
   status.major_faults = loop.capture_faults().major() + loop.process_faults().major();
+  status.bad_stamps = value(loop.camera_faults().bad_stamps);
   if (strobe != nullptr) status.strobe_late = strobe->late();
   if (recorder != nullptr) {
     status.recording = recorder->stopped() ? proto::RecordState::kStopped : proto::RecordState::kRecording;

@@ -9,7 +9,7 @@ namespace srd::firmware {
 struct HostLookup::Answer {
   std::atomic<bool> wanted{true};
   std::mutex mutex;  // of what follows
-  std::optional<Address> address;
+  std::vector<Address> addresses;
   std::string problem;
 };
 
@@ -21,7 +21,7 @@ HostLookup::HostLookup(const std::string& host, const Resolve& resolve, std::chr
       auto found = resolve(host, {});
       {
         const std::lock_guard lock(answer->mutex);
-        if (found) answer->address = *found;
+        if (found) answer->addresses = *found;
         answer->problem = found ? "" : found.error().what;
       }
       if (found) return;
@@ -32,9 +32,9 @@ HostLookup::HostLookup(const std::string& host, const Resolve& resolve, std::chr
 
 HostLookup::~HostLookup() { answer_->wanted = false; }
 
-std::optional<Address> HostLookup::address() const {
+std::vector<Address> HostLookup::addresses() const {
   const std::lock_guard lock(answer_->mutex);
-  return answer_->address;
+  return answer_->addresses;
 }
 
 std::string HostLookup::problem() const {

@@ -1,13 +1,13 @@
-// The host's address, looked up in a thread of its own: a name is known only when the network is up, which may be later than
+// The host's addresses, looked up in a thread of its own: a name is known only when the network is up, which may be later than
 // the board, and a lookup that nobody answers blocks for many seconds, for which neither sending nor stopping waits.
 #pragma once
 
 #include <chrono>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "drivers/net/address.hpp"
 
@@ -15,9 +15,9 @@ namespace srd::firmware {
 
 class HostLookup {
  public:
-  using Resolve = std::function<Outcome<Address>(std::string_view text, std::string_view where)>;
+  using Resolve = std::function<Outcome<std::vector<Address>>(std::string_view text, std::string_view where)>;
 
-  // Asks resolve (Address::parse, another in tests) for host until there is an address, with this pause in between.
+  // Asks resolve (Address::parse_all, another in tests) for host until there is an address, with this pause in between.
   HostLookup(const std::string& host, const Resolve& resolve, std::chrono::milliseconds pause);
   HostLookup(const HostLookup&) = delete;
   HostLookup& operator=(const HostLookup&) = delete;
@@ -25,7 +25,8 @@ class HostLookup {
   ~HostLookup();
 
   // --- any thread ---
-  [[nodiscard]] std::optional<Address> address() const;
+  // Empty: none yet. They do not change once there are any.
+  [[nodiscard]] std::vector<Address> addresses() const;
   // Why there is no address yet; empty: there is one.
   [[nodiscard]] std::string problem() const;
 

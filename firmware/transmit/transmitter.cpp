@@ -12,6 +12,8 @@ namespace {
 constexpr std::chrono::milliseconds kTurn{2};
 constexpr int kMostPerTurn = 32;  // datagrams: a burst that the host's socket buffer holds
 constexpr std::chrono::seconds kAgain{1};  // between two tries to reach the host, or to learn its address
+constexpr std::int64_t kRefusedAgain = 50'000'000;  // ns; the least time at an address where nobody listens
+constexpr std::int64_t kSilent = 5'000'000'000;    // ns; before the others of a host that was heard are tried
 constexpr std::int64_t kReconnect = std::chrono::nanoseconds(kAgain).count();
 
 }  // namespace
@@ -24,14 +26,15 @@ Outcome<std::unique_ptr<Transmitter>> Transmitter::start(const TransmitterOption
   if (!host) return host.error();
   std::unique_ptr<Transmitter> made(new Transmitter(options));
   const StopSignalsBlocked blocked;
-  made->host_ = Address::numeric(*host);
-  if (!made->host_) {
+  const auto numeric = Address::numeric(*host);
+  if (numeric) made->hosts_ = {*numeric};
+  if (!numeric) {
     made->lookup_.emplace(options.host, options.resolve, kAgain);
-  } else if (auto socket = UdpSocket::connect(*made->host_); socket.ok()) {
+  } else if (auto socket = UdpSocket::connect(*numeric); socket.ok()) {
     made->socket_.emplace(std::move(*socket));
   } else {
     // Binding to no address shows whether this system has the address family at all.
-    const auto any = Address::parse(made->host_->family() == AF_INET6 ? "[::]:0" : "0.0.0.0:0", {});
+    const auto any = Address::parse(numeric->family() == AF_INET6 ? "[::]:0" : "0.0.0.0:0", {});
     if (!any.ok() || !UdpSocket::bind(*any).ok()) return socket.error();
   }
   made->thread_ = std::thread([transmitter = made.get()] { transmitter->run(); });
@@ -61,14 +64,14 @@ TransmitterReport Transmitter::finish() {
   // Records that a full ring never took are as good as unacknowledged.
   std::uint64_t queued = 0;
   for (; frames_.front() != nullptr; frames_.pop()) ++queued;
-  return {sender_.counts(), sender_.unacknowledged() + queued, frames_.overflow(), ever_heard_, host_problem()};
+  return {sender_.counts(), sender_.unacknowledged() + queued, frames_.overflow(), ever_heard_, host_problem(), host_address()};
 }
 
 void Transmitter::run() {
   while (!abandoned_.load(std::memory_order_relaxed)) {
     const std::int64_t now = clock_ns(CLOCK_MONOTONIC);
     const bool stopping = stopping_.load(std::memory_order_acquire);
-    if (!socket_) connect(now);
+    connect(now);
     take_records(now);
     if (stopping) sender_.stop(now);
     send_due(now);
@@ -82,12 +85,41 @@ void Transmitter::run() {
   for (int i = 0; socket_ && stopping_.load() && i < 3; ++i) (void)socket_->send(sender_.status(now));
 }
 
+// UDP tells of no connection: an address is right once the host acknowledges from it. Until then each one has its second, or
+// less where the system says that nobody listens there. A host that was heard may be silent for longer.
 void Transmitter::connect(std::int64_t now) {
-  if (!host_) host_ = lookup_->address();
-  if (!host_) return;
-  if (tried_ns_ != 0 && now - tried_ns_ < kReconnect) return;
-  tried_ns_ = now;
-  if (auto socket = UdpSocket::connect(*host_); socket.ok()) socket_.emplace(std::move(*socket));
+  if (socket_ && sender_.host_heard(now)) {
+    since_ns_ = now;
+    refused_ = false;
+  }
+  const bool heard_here = heard_host_.load(std::memory_order_relaxed) == static_cast<int>(tried_host_);
+  const std::int64_t patience = !socket_ ? kReconnect : refused_ ? kRefusedAgain : heard_here ? kSilent : kReconnect;
+  if (socket_ && hosts_.size() < 2) return;
+  if (since_ns_ != 0 && now - since_ns_ < patience) return;
+  if (hosts_.empty() && lookup_) hosts_ = lookup_->addresses();
+  if (hosts_.empty()) return;
+  since_ns_ = now;
+  refused_ = false;
+  const auto next = [this] { tried_host_ = (tried_host_ + 1) % hosts_.size(); };
+  if (socket_) next();
+  socket_.reset();
+  for (std::size_t i = 0; i < hosts_.size() && !socket_; ++i)
+    if (auto socket = UdpSocket::connect(hosts_[tried_host_]); socket.ok())
+      socket_.emplace(std::move(*socket));
+    else
+      next();
+}
+
+std::string Transmitter::host_address() const {
+  if (!lookup_) return {};
+  const std::vector<Address> hosts = lookup_->addresses();
+  if (hosts.size() < 2) return {};
+  const int heard = heard_host_.load(std::memory_order_relaxed);
+  std::string others;
+  for (std::size_t i = 0; i < hosts.size(); ++i)
+    if (static_cast<int>(i) != heard) others += (others.empty() ? "" : ", ") + hosts[i].text();
+  return heard < 0 ? "none of its addresses answers: " + others
+                   : hosts[static_cast<std::size_t>(heard)].text() + " answers; it is also " + others;
 }
 
 void Transmitter::take_records(std::int64_t now) {
@@ -111,7 +143,9 @@ void Transmitter::send_due(std::int64_t now) {
     const auto datagram = sender_.next(now);
     if (datagram.empty()) return;
     // What the system does not take counts as lost on the way.
-    if (socket_->send(datagram) == UdpSocket::Sent::kBusy) return;
+    const UdpSocket::Sent sent = socket_->send(datagram);
+    if (sent == UdpSocket::Sent::kFailed) refused_ = true;
+    if (sent == UdpSocket::Sent::kBusy) return;
   }
 }
 
@@ -127,7 +161,9 @@ void Transmitter::receive(std::int64_t now) {
     if (size < 0) return;
     wait = std::chrono::nanoseconds(0);
     if (static_cast<std::size_t>(size) > buffer.size()) continue;
+    const std::uint64_t before = sender_.counts().acknowledgements;
     sender_.receive(std::span(buffer).first(static_cast<std::size_t>(size)), now);
+    if (sender_.counts().acknowledgements > before) heard_host_.store(static_cast<int>(tried_host_), std::memory_order_relaxed);
     ever_heard_ = ever_heard_ || sender_.counts().acknowledgements > 0;
   }
 }

@@ -1,5 +1,6 @@
 // The thread that delivers a node's records: takes them from the frame loop through a ring, keeps them until the host has
-// them (sender.hpp) and drives one UDP socket. Nothing is allocated between start and finish while the network is there and
+// them (sender.hpp) and drives one UDP socket. A host with several addresses is
+// sent to at each in turn, a second at a time, until one acknowledges. Nothing is allocated between start and finish while the network is there and
 // the host has an address.
 #pragma once
 
@@ -9,6 +10,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "drivers/net/udp_socket.hpp"
 #include "dsp/core/spsc_ring.hpp"
@@ -21,7 +23,7 @@ namespace srd::firmware {
 struct TransmitterOptions {
   SenderOptions sender{};         // overwrite = false for sources that can wait: then use push_waiting
   std::string host{};             // HOST:PORT; a name is looked up until it has an address
-  HostLookup::Resolve resolve = Address::parse;
+  HostLookup::Resolve resolve = Address::parse_all;
   std::size_t queue_frames = 64;  // between the frame loop and this thread
 };
 
@@ -31,6 +33,7 @@ struct TransmitterReport {
   std::uint64_t dropped = 0;         // records that found the queue full
   bool host_heard = false;           // ever
   std::string host_problem{};        // why there was no address to send to; empty: there was one
+  std::string host_address{};        // see Transmitter::host_address
 };
 
 class Transmitter {
@@ -59,6 +62,8 @@ class Transmitter {
   [[nodiscard]] std::uint64_t unacknowledged() const { return unacknowledged_.load(std::memory_order_relaxed); }
   // Why the host's name has no address yet; empty: there is one.
   [[nodiscard]] std::string host_problem() const { return lookup_ ? lookup_->problem() : std::string(); }
+  // Of a host with several addresses: which one answers, and what others it has, or that none of them does. Else empty.
+  [[nodiscard]] std::string host_address() const;
 
  private:
   explicit Transmitter(const TransmitterOptions& options);
@@ -68,13 +73,16 @@ class Transmitter {
   void send_due(std::int64_t now);
   void receive(std::int64_t now);
 
-  std::optional<Address> host_;
+  std::vector<Address> hosts_;
+  std::size_t tried_host_ = 0;        // of hosts_: where the socket sends
+  std::atomic<int> heard_host_{-1};   // of hosts_: that acknowledged last
   std::optional<HostLookup> lookup_;  // of a name
   Sender sender_;
   SpscRing<proto::CoefficientFrame> frames_;
   SpscRing<proto::NodeStatus> statuses_;
   std::optional<UdpSocket> socket_;
-  std::int64_t tried_ns_ = 0;
+  std::int64_t since_ns_ = 0;  // of the last try to connect, or of the last answer; 0: never
+  bool refused_ = false;       // by the system, since then
   bool ever_heard_ = false;
   std::atomic<bool> stopping_{false};
   std::atomic<bool> abandoned_{false};

@@ -11,7 +11,9 @@
 
 #include "host/listen/csv_row.hpp"
 #include "host/listen/recorded.hpp"
-#include "host/table/csv_table.hpp"
+#include "host/table/coefficient_columns.hpp"
+#include "proto/plain_word.hpp"
+#include "drivers/support/csv_table.hpp"
 
 namespace srd::host {
 namespace {
@@ -145,7 +147,7 @@ Outcome<CsvRecord::File*> CsvRecord::file_for(const dsp::ModeList& modes) {
     if (const auto done = open_file(beside(names), opened); !done) return done.error();
     file = &files_.emplace(names, std::move(opened)).first->second;
   }
-  file->pending += csv_header(modes);
+  file->pending += coefficient_header(modes);
   return file;
 }
 
@@ -158,10 +160,13 @@ Outcome<void> CsvRecord::describe_model(const proto::BootId& from, const proto::
                                   [&](const NodeModel& other) { return other.node == model.node; });
   if (known == wanted.nodes.end()) {
     wanted.nodes.push_back(model);
+    if (proto::reads_as_value(model.node))
+      notes_.push_back("node '" + model.node + "': programs that read tables take this name for a number, a date, a truth value or "
+                       "a missing one; it is recorded as it is. Better: another node.id in the node's configuration");
   } else {
     if (model_sidecar_text({{*known}}) == model_sidecar_text({{model}})) return {};
     notes_.push_back(model.node + " came back with another surface model: rows of " + file.path.string() +
-                     " before boot " + std::to_string(from.boot) + " do not belong to the model beside it");
+                     " before boot " + boot_text(from.boot) + " do not belong to the model beside it");
     *known = model;
   }
   file.models = std::move(wanted);

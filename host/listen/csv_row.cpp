@@ -4,11 +4,10 @@
 #include <charconv>
 #include <vector>
 
+#include "host/table/coefficient_columns.hpp"
+
 namespace srd::host {
 namespace {
-
-constexpr std::string_view kFixedColumns =
-    "node,boot,sequence,time_ns,clock,status,n_expected,n_found,n_used,mean_error,metric,height_mm";
 
 template <class Number, class... Format>
 void append_number(std::string& out, Number number, Format... format) {
@@ -23,6 +22,15 @@ void append_cell(std::string& out, Number number, Format... format) {
   append_number(out, number, format...);
 }
 
+// 0 on the wire: not known.
+template <class Number>
+void append_known(std::string& out, Number number) {
+  if (number != 0)
+    append_cell(out, number);
+  else
+    out += ',';
+}
+
 }  // namespace
 
 std::string joined_names(const dsp::ModeList& modes, char between) {
@@ -32,13 +40,6 @@ std::string joined_names(const dsp::ModeList& modes, char between) {
     names += mode.name().data();
   }
   return names;
-}
-
-std::string csv_header(const dsp::ModeList& modes) {
-  std::string header(kFixedColumns);
-  for (const dsp::Mode& mode : modes) header += std::string(",") + mode.name().data();
-  for (const dsp::Mode& mode : modes) header += std::string(",sd_") + mode.name().data();
-  return header + "\n";
 }
 
 std::optional<dsp::ModeList> modes_of_header(std::string_view header) {
@@ -53,7 +54,7 @@ std::optional<dsp::ModeList> modes_of_header(std::string_view header) {
     rest.remove_prefix(name.size());
   }
   const auto list = dsp::ModeList::make(modes);
-  if (!list || csv_header(*list) != std::string(header) + "\n") return std::nullopt;
+  if (!list || coefficient_header(*list) != std::string(header) + "\n") return std::nullopt;
   return *list;
 }
 
@@ -65,10 +66,13 @@ double height_at_centre(const proto::CoefficientFrame& frame) {
 void append_csv_row(const proto::BootId& from, std::uint64_t sequence, const proto::CoefficientFrame& frame,
                     std::string& out) {
   out += from.node.view();
-  append_cell(out, from.boot);
+  out += "," + boot_text(from.boot);
   append_cell(out, sequence);
   append_cell(out, frame.stamp.sensor_time_ns);
-  out += std::string(",") + to_string(frame.stamp.clock) + "," + to_string(frame.status);
+  out += std::string(",") + to_string(frame.stamp.clock);
+  append_known(out, frame.stamp.wall_time_ns);
+  append_known(out, frame.stamp.wall_uncertainty_ns);
+  out += std::string(",") + to_string(frame.status);
   append_cell(out, frame.corners_expected);
   append_cell(out, frame.corners_found);
   append_cell(out, frame.corners_used);

@@ -1,6 +1,5 @@
-// A frame as a line of CSV: node,boot,sequence,time_ns,clock,status,n_expected,n_found,n_used,mean_error,metric,height_mm,
-// <modes>,sd_<modes>. time_ns is the sensor's; height_mm lies at the pattern's centre. Cells that need a surface are empty
-// without one, sd cells also when the information is not known.
+// A frame as a line of CSV with the columns of coefficient_columns.hpp. Cells that need a surface are empty without one, sd
+// cells also when the information is not known.
 #pragma once
 
 #include <cstdint>
@@ -13,9 +12,7 @@
 
 namespace srd::host {
 
-// With its line end.
-[[nodiscard]] std::string csv_header(const dsp::ModeList& modes);
-// The modes of such a header (without line end); nullopt when it is another.
+// The modes of a coefficient file's header (without line end); nullopt when it is another.
 [[nodiscard]] std::optional<dsp::ModeList> modes_of_header(std::string_view header);
 
 void append_csv_row(const proto::BootId& from, std::uint64_t sequence, const proto::CoefficientFrame& frame,

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "host/listen/status_line.hpp"
+#include "host/listen/surface_count.hpp"
 
 namespace srd::host {
 namespace {
@@ -90,6 +91,8 @@ Outcome<void> listen(const ListenOptions& options, const std::atomic<bool>& stop
                 ": without a key anyone on this network can send frames; nothing proves which node they are from");
   std::unique_ptr<CsvRecord> record;
   std::vector<FrameSink*> sinks = options.further_sinks;
+  SurfaceCount surfaces;
+  sinks.push_back(&surfaces);
   SessionOptions session_options;
   session_options.clock = steady_ns;
   session_options.session = random_number();
@@ -121,6 +124,7 @@ Outcome<void> listen(const ListenOptions& options, const std::atomic<bool>& stop
   for (int i = 0; i < 3; ++i) listener.send(*answers);  // nobody asks again
 
   options.say(summary_table(session));
+  for (const std::string& note : surfaces.notes()) options.say("note: " + note);
   if (record)
     for (const std::string& note : record->notes()) options.say("note: " + note);
   if (record && record->files().size() > 1) {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "host/listen/csv_row.hpp"
+#include "host/table/coefficient_columns.hpp"
 
 namespace srd::host {
 namespace {
@@ -21,6 +22,13 @@ bool parse(std::string_view cell, std::uint64_t& value) {
   return error == std::errc{} && end == cell.data() + cell.size();
 }
 
+// As boot_text writes it.
+bool parse_boot(std::string_view cell, std::uint64_t& boot) {
+  if (!cell.starts_with('b')) return false;
+  const auto [end, error] = std::from_chars(cell.data() + 1, cell.data() + cell.size(), boot, 16);
+  return error == std::errc{} && end == cell.data() + cell.size() && boot_text(boot) == cell;
+}
+
 }  // namespace
 
 Outcome<Recorded> read_recorded(const std::filesystem::path& file) {
@@ -32,7 +40,8 @@ Outcome<Recorded> read_recorded(const std::filesystem::path& file) {
                    .where = file.string() + ":" + std::to_string(line),
                    .expected = line == 1 ? "node,boot,sequence,time_ns,..,A00,..,sd_A00,.." : "node,boot,sequence,..",
                    .found = "'" + found.substr(0, 80) + "'",
-                   .advice = "another name, or --force to write the file anew"};
+                   .advice = "another name, or --force to write the file anew: records of earlier versions and files that another "
+                             "program saved again are read, and not gone on with"};
   };
   std::uint64_t number = 0;
   for (std::string text; std::getline(in, text);) {
@@ -49,7 +58,7 @@ Outcome<Recorded> read_recorded(const std::filesystem::path& file) {
       std::string_view line = text;
       const auto node = proto::NodeId::make(take_cell(line));
       std::uint64_t boot = 0, sequence = 0;
-      if (!node || !parse(take_cell(line), boot) || !parse(take_cell(line), sequence) ||
+      if (!node || !parse_boot(take_cell(line), boot) || !parse(take_cell(line), sequence) ||
           sequence >= proto::kMaxSequence)
         return not_ours(number, text);
       out.frames[{*node, boot}].add(sequence);

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "drivers/support/formatted.hpp"
+#include "host/table/coefficient_columns.hpp"
 
 namespace srd::host {
 namespace {
@@ -49,6 +50,8 @@ std::vector<std::string> concerns(const proto::NodeStatus& status) {
     out.push_back(std::string("was once ") + proto::throttled_text(status.throttled >> proto::Throttled::kEverShift));
   if (status.clock_state == proto::ClockState::kUnsynchronised) out.emplace_back("clock not synchronised");
   if (status.recording == proto::RecordState::kStopped) out.emplace_back("recording stopped");
+  if (status.bad_stamps > 0)
+    out.push_back(std::to_string(status.bad_stamps) + " frames timed by their arrival: the camera's driver gave impossible times");
   if (status.disconnects > 0) out.push_back("camera was away " + std::to_string(status.disconnects) + " times");
   if (status.restarts > 0)
     out.push_back("restart " + std::to_string(status.restarts) + " after: " + std::string(status.last_end.view()));
@@ -114,8 +117,8 @@ std::string summary_table(const Session& session) {
                            "duplicates", "state");
   for (const auto& [id, source] : receiver.sources()) {
     const StreamCounts& counts = source.stream.counts();
-    out += formatted("%-16s %-20" PRIu64 " %10" PRIu64 " %9" PRIu64 " %8" PRIu64 " %8" PRIu64 " %10" PRIu64 "  %s\n",
-                  id.node.c_str(), id.boot, counts.delivered, source.stream.missing(), counts.lost, source.status.resent,
+    out += formatted("%-16s %-20s %10" PRIu64 " %9" PRIu64 " %8" PRIu64 " %8" PRIu64 " %10" PRIu64 "  %s\n",
+                  id.node.c_str(), boot_text(id.boot).c_str(), counts.delivered, source.stream.missing(), counts.lost, source.status.resent,
                   counts.duplicates, ending_of(source));
     if (counts.lost > 0)
       out += "  frames that are in no record: " + range_text(source.stream.lost_ranges(), 20) + "\n";

@@ -7,6 +7,7 @@
 
 #include "drivers/support/text_file.hpp"
 #include "host/reconstruct/found_index.hpp"
+#include "host/table/coefficient_columns.hpp"
 #include "host/table/model_sidecar.hpp"
 
 namespace srd::host {
@@ -62,17 +63,14 @@ const char* metric_unit(const RunPlan& plan) {
 }
 
 std::string series_csv(const RunPlan& plan, const RunResult& result) {
-  std::string text = "node,boot,sequence,time_ns,clock,status,n_expected,n_found,n_used,mean_error,metric,height_mm";
-  for (const char* prefix : {",", ",sd_"})
-    for (const dsp::Mode& mode : plan.model.modes) text += prefix + std::string(mode.name().data());
-  text += "\n";
+  std::string text = coefficient_header(plan.model.modes);
   const char* clock = plan.times_known ? "recording" : "unknown";
   const PatternExtent pattern = extent(plan.points);
   for (const FrameRecord& frame : result.frames) {
     const bool good = frame.has_surface();
     const dsp::Estimate<double>& e = frame.estimate;
-    text += std::string(kNode) + ",0," + std::to_string(frame.sequence) + "," + std::to_string(frame.time_ns) + "," +
-            clock + "," + frame.status + "," + std::to_string(frame.expected) + "," + std::to_string(frame.found) +
+    text += std::string(kNode) + "," + boot_text(0) + "," + std::to_string(frame.sequence) + "," + std::to_string(frame.time_ns) + "," +
+            clock + ",,," + frame.status + "," + std::to_string(frame.expected) + "," + std::to_string(frame.found) +
             "," + std::to_string(good ? e.corners_used : 0) + "," + (good ? fixed(e.mean_error, 7) : "") + "," +
             metric_name(plan) + "," +
             (good ? fixed(plan.model.height(e.coefficients, pattern.x_centre(), pattern.y_centre()), 6) : "");

@@ -8,8 +8,7 @@
 
 namespace srd::host {
 
-// node,boot,sequence,time_ns,clock,status,n_expected,n_found,n_used,mean_error,metric,height_mm,<modes>,sd_<modes>.
-// height_mm: at the pattern's centre. Empty cells where a frame has no surface.
+// The columns of coefficient_columns.hpp. Empty cells where a frame has no surface.
 [[nodiscard]] std::string series_csv(const RunPlan& plan, const RunResult& result);
 // Modes, lengths, origin and refractive index of the series: the text of surface.csv.model.toml.
 [[nodiscard]] std::string series_model(const RunPlan& plan, const RunResult& result);

@@ -6,12 +6,12 @@
 #include <set>
 #include <utility>
 
+#include "host/table/coefficient_columns.hpp"
+
 namespace srd::host {
 namespace {
 
-constexpr const char* kHeader =
-    "node,boot,sequence,time_ns,clock,status,n_expected,n_found,n_used,mean_error,metric,height_mm,<modes>,"
-    "sd_<modes>";
+const std::string kHeader = std::string(kFixedColumns) + ",<modes>,sd_<modes>";
 
 struct Columns {
   std::vector<std::string> node, boot, clock, status, metric;
@@ -177,6 +177,8 @@ Outcome<CoefficientRun> coefficient_run(const CsvTable& table, const std::string
   CoefficientRun run{
       .file = file, .node = *chosen, .clock = {}, .metric = {}, .modes = c->modes, .rows = {}, .notes = {}};
   if (table.cut_short()) run.notes.push_back("the file ends in the middle of a line: that line is left out");
+  if (const std::size_t row = table.first_rounded("time_ns"); row < table.rows())
+    run.notes.push_back("times are rounded to about 15 digits, by the program that saved the file again (" + table.where(row) + ")");
   std::vector<std::pair<CoefficientRow, std::size_t>> rows;
   const int n_modes = run.modes.size();
   for (std::size_t i = 0; i < table.rows(); ++i) {

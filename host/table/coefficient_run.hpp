@@ -1,5 +1,5 @@
 // One node's coefficients from a CSV file of `srd listen` or `srd reconstruct`:
-// node,boot,sequence,time_ns,clock,status,n_expected,n_found,n_used,mean_error,metric,height_mm,<modes>,sd_<modes>
+// columns as in coefficient_columns.hpp, found by name; what earlier versions wrote and other programs saved again too.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 #include "drivers/support/problem.hpp"
 #include "dsp/optics/surface_model.hpp"
-#include "host/table/csv_table.hpp"
+#include "drivers/support/csv_table.hpp"
 
 namespace srd::host {
 

@@ -40,6 +40,15 @@ def only_unreadable_images(bench):
 
 
 
+def blank_images(bench):
+    bench.recording()
+    listing = bench.path("rec/frames.csv").read_text()
+    bench.write("rec/frames.csv", listing.replace(".png", ".pgm"))
+    for frame in range(3):
+        bench.blank_image(f"rec/frame_{frame:06}.pgm")
+    bench.write("flume.toml", NODE)
+
+
 IDENTITY = "1.9758591461345072e-02"
 LINE = "".join(f"{20 * i} 0 0\n" for i in range(20))
 # On a grid to 5 % of a square, but for one.
@@ -75,6 +84,7 @@ CONFIGURATION = [
      ["flume.toml:15", "'surface.lower_mm'", "upper_mm", "90"]),
     ("bounds of another length", config("[80.0]", "[80.0]\nlower_mm = [60, -9]"), CHECK, USAGE,
      ["flume.toml:15", "'surface.lower_mm'", "a list of 5"]),
+    ("node id that reads as a number", config('"bench"', '"1e5"'), CHECK, USAGE, ["flume.toml:2", "'node.id'", '"1e5"', "flume-1e5"]),
     ("bad node id", config('"bench"', '"a node"'), CHECK, USAGE, ["flume.toml:2", "'node.id'", '"a node"']),
     ("index and temperature", config("1.333", "1.333\nwater_temperature_c = 20.0"), CHECK, USAGE,
      ["flume.toml:9", "refractive_index", "temperature", "both"]),
@@ -203,6 +213,8 @@ RECORDING = [
                        '"rec/calibration.yml"\npose = "rec/pose.yml"\npoints = "rec/points.txt"\n'),
                 b.path("empty").mkdir()),
      RUN, INPUT, ["empty", "neither frames.csv nor images"]),
+    ("images without a pattern", blank_images, RUN, INPUT,
+     ["nothing was measured", "recording:rec", "3 searching", "little contrast", "--doctor"]),
     ("only unreadable images", only_unreadable_images, RUN, INPUT, ["frame_000000.png", "no image of this recording"]),
     ("listing with another header", spoilt("rec/frames.csv", "file,sequence", "name,sequence"), RUN, INPUT,
      ["frames.csv:1", "header", "file,sequence,time_ns,exposure_us,strobe"]),

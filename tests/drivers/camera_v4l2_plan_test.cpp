@@ -164,6 +164,69 @@ TEST(V4l2Plan, LeavesOutControlsThatTheDeviceRefuses) {
   EXPECT_TRUE(noted(plan, "exposure cannot be set: Permission denied"));
 }
 
+bool has_concern(const V4l2Plan& plan, const std::string& words) {
+  for (const std::string& concern : plan.concerns)
+    if (concern.find(words) != std::string::npos) return true;
+  return false;
+}
+
+TEST(V4l2Plan, SwitchesOffWhatChangesTheImage) {
+  ScriptedV4l2Device device;
+  device.controls[V4L2_CID_SHARPNESS] = {1, 7, 1, 3};
+  device.controls[V4L2_CID_AUTO_WHITE_BALANCE] = {0, 1, 1, 1};
+  device.controls[V4L2_CID_BACKLIGHT_COMPENSATION] = {0, 2, 1, 1};
+  device.controls[V4L2_CID_POWER_LINE_FREQUENCY] = {0, 2, 1, 1};
+  device.controls[V4L2_CID_WIDE_DYNAMIC_RANGE] = {0, 1, 1, 1};
+  device.controls[V4L2_CID_CONTRAST] = {0, 64, 1, 50};
+  device.controls[V4L2_CID_CONTRAST].standard = 32;
+  device.controls[V4L2_CID_GAMMA] = {72, 500, 1, 220};
+  device.controls[V4L2_CID_FOCUS_AUTO] = {0, 1, 1, 1};
+  device.controls[V4L2_CID_FOCUS_ABSOLUTE] = {0, 250, 5, 35};
+  V4l2Ask ask = ask_for(64, 48);
+  const V4l2Plan still = planned(device, ask);
+  EXPECT_EQ(device.controls[V4L2_CID_SHARPNESS].value, 1) << "the least, whatever its number";
+  for (const std::uint32_t id : {V4L2_CID_AUTO_WHITE_BALANCE, V4L2_CID_BACKLIGHT_COMPENSATION, V4L2_CID_POWER_LINE_FREQUENCY,
+                                 V4L2_CID_WIDE_DYNAMIC_RANGE, V4L2_CID_FOCUS_AUTO})
+    EXPECT_EQ(device.controls[id].value, 0) << id;
+  EXPECT_EQ(device.controls[V4L2_CID_CONTRAST].value, 32);
+  EXPECT_EQ(device.controls[V4L2_CID_GAMMA].value, 100);
+  EXPECT_EQ(device.controls[V4L2_CID_FOCUS_ABSOLUTE].value, 35) << "the lens stays";
+  EXPECT_TRUE(noted(still, "the lens stays where it is, at focus 35"));
+  EXPECT_TRUE(still.concerns.empty());
+  ask.focus = 101;
+  ask.sharpness = 4;
+  const V4l2Plan asked = planned(device, ask);
+  EXPECT_EQ(device.controls[V4L2_CID_FOCUS_ABSOLUTE].value, 100);
+  EXPECT_TRUE(noted(asked, "focus 100 instead of 101"));
+  EXPECT_EQ(device.controls[V4L2_CID_SHARPNESS].value, 4);
+  EXPECT_TRUE(has_concern(asked, "sharpness is 4, its least is 1"));
+  // A device that comes back gets them again.
+  EXPECT_EQ(set_to(asked, V4L2_CID_SHARPNESS), 4);
+  EXPECT_EQ(set_to(asked, V4L2_CID_FOCUS_AUTO), 0);
+}
+
+TEST(V4l2Plan, NamesTheControlThatGoesOnChangingTheImage) {
+  ScriptedV4l2Device stubborn;
+  stubborn.controls[V4L2_CID_SHARPNESS] = {0, 7, 1, 3};
+  stubborn.controls[V4L2_CID_SHARPNESS].stubborn = true;
+  EXPECT_TRUE(has_concern(planned(stubborn, ask_for(64, 48)), "sharpness is 3, its least is 0"));
+  ScriptedV4l2Device fixed;
+  fixed.controls[V4L2_CID_SHARPNESS] = {0, 7, 1, 2, {}, V4L2_CTRL_FLAG_READ_ONLY};
+  EXPECT_TRUE(has_concern(planned(fixed, ask_for(64, 48)), "sharpness is 2, its least is 0"));
+  ScriptedV4l2Device refusing;
+  refusing.controls[V4L2_CID_POWER_LINE_FREQUENCY] = {0, 2, 1, 1};
+  refusing.errors[VIDIOC_S_CTRL] = EIO;
+  const V4l2Plan refused = planned(refusing, ask_for(64, 48));
+  EXPECT_TRUE(has_concern(refused, "the power-line filter cannot be set: Input/output error"));
+  EXPECT_EQ(refused.settings.control_count, 0);
+  ScriptedV4l2Device none;
+  V4l2Ask ask = ask_for(64, 48);
+  ask.focus = 3;
+  const V4l2Plan without = planned(none, ask);
+  EXPECT_TRUE(noted(without, "focus cannot be set: the device has no such control"));
+  EXPECT_TRUE(without.concerns.empty());
+}
+
 TEST(V4l2Plan, LeavesExposureAloneWhenNoneIsAsked) {
   ScriptedV4l2Device device;
   device.controls[V4L2_CID_EXPOSURE_ABSOLUTE] = {5, 2500, 1, 150};

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cerrno>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -247,6 +248,78 @@ TEST(V4l2Camera, SaysWhoseClockTheStampsAre) {
   ASSERT_EQ(none->next(frame, kWait), Capture::kFrame);
   EXPECT_EQ(frame.clock, ClockId::kMonotonic);
   EXPECT_EQ(frame.time_ns, device.now_ns) << "of its arrival";
+}
+
+// Frames of a driver with such stamps, each checked: its time, and whether it was replaced.
+void expect_times(const std::function<std::int64_t(std::uint64_t, std::int64_t)>& stamp,
+                  const std::function<bool(std::uint64_t)>& replaced, const char* what) {
+  ScriptedV4l2Device device;
+  device.stamp = stamp;
+  auto camera = started(device);
+  std::uint64_t count = 0;
+  for (std::uint64_t n = 0; n < 90; ++n) {
+    CameraFrame frame;
+    ASSERT_EQ(camera->next(frame, kWait), Capture::kFrame) << what;
+    EXPECT_EQ(frame.clock, ClockId::kMonotonic);
+    const std::int64_t said = stamp(n, device.now_ns) / 1000 * 1000;
+    EXPECT_EQ(frame.time_ns, replaced(n) ? device.now_ns : said) << what << ", frame " << n;
+    count += replaced(n) ? 1 : 0;
+    camera->give_back(frame);
+  }
+  EXPECT_EQ(camera->faults().bad_stamps, count) << what;
+  EXPECT_EQ(camera->faults().any(), count > 0);
+}
+
+TEST(V4l2Camera, StampsThatCannotBeTrueAreReplacedByTheArrivalAndCounted) {
+  const auto none = [](std::uint64_t) { return false; };
+  const auto all = [](std::uint64_t) { return true; };
+  expect_times([](auto, std::int64_t now) { return now; }, none, "true");
+  expect_times([](auto, std::int64_t now) { return now - 120'000'000; }, none, "handed over late");
+  expect_times([](std::uint64_t n, std::int64_t now) { return n < 10 ? now : 5'300'000'000; },
+               [](std::uint64_t n) { return n >= 10; }, "stands still");
+  expect_times([](auto, auto) -> std::int64_t { return 0; }, all, "nothing, said to be monotonic");
+  expect_times([](std::uint64_t n, std::int64_t now) { return n < 10 ? now : now - 2 * kSecond; },
+               [](std::uint64_t n) { return n >= 10; }, "runs back for good");
+  expect_times([](std::uint64_t n, std::int64_t now) { return n == 10 ? now - 100'000'000 : now; },
+               [](std::uint64_t n) { return n == 10; }, "runs back once");
+  expect_times([](auto, std::int64_t now) { return now - 100 * kSecond; }, all, "negative");
+  expect_times([](std::uint64_t n, std::int64_t now) { return n % 3 == 1 ? now + 1'000'000 : now; },
+               [](std::uint64_t n) { return n % 3 == 1; }, "in the future");
+  expect_times([](auto, std::int64_t now) { return now + 1'700'000'000 * kSecond; }, all, "of the wall clock");
+}
+
+TEST(V4l2Camera, FramesThatNobodyTookForLongKeepTheirOldStamps) {
+  ScriptedV4l2Device device;
+  auto camera = started(device);
+  CameraFrame frame;
+  ASSERT_EQ(camera->next(frame, kWait), Capture::kFrame);
+  camera->give_back(frame);
+  std::int64_t before = frame.time_ns;
+  device.now_ns += 10 * kSecond;  // the program was stopped; the driver filled its buffers meanwhile
+  for (int n = 0; n < 3; ++n) {
+    ASSERT_EQ(camera->next(frame, kWait), Capture::kFrame);
+    EXPECT_NEAR(static_cast<double>(frame.time_ns - before), 1e9 / 30, 2000) << n;
+    before = frame.time_ns;
+    camera->give_back(frame);
+  }
+  EXPECT_EQ(camera->faults().text(), "");
+}
+
+TEST(V4l2Camera, AnArrivalIsTheEndOfTheFrameWhateverTheStampsMark) {
+  ScriptedV4l2Device device;
+  device.buffer_flags = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC | V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
+  device.stamp = [](std::uint64_t n, std::int64_t now) { return n == 0 ? now - 10'000'000 : 1; };
+  V4l2CameraOptions with = options();
+  with.timing.readout_ns = 8'000'000;
+  with.ask.exposure_us = 2000;
+  auto camera = started(device, with);
+  CameraFrame frame;
+  ASSERT_EQ(camera->next(frame, kWait), Capture::kFrame);
+  EXPECT_NEAR(static_cast<double>(frame.time_ns - device.now_ns), -9e6, 1000) << "stamp at the start, half of 2 ms later";
+  camera->give_back(frame);
+  ASSERT_EQ(camera->next(frame, kWait), Capture::kFrame);
+  EXPECT_EQ(frame.time_ns - device.now_ns, -9'000'000) << "less readout and half the exposure";
+  EXPECT_EQ(camera->faults().text(), "1 impossible time stamp");
 }
 
 TEST(V4l2Camera, TheStreamAndItsRecoveryTakeNothingFromTheHeap) {

@@ -82,6 +82,7 @@ int ScriptedV4l2Port::control(unsigned long request, void* argument) noexcept {
       answer.maximum = found->second.high;
       answer.step = found->second.step;
       answer.flags = found->second.flags;
+      answer.default_value = found->second.standard;
       return 0;
     }
     case VIDIOC_QUERYMENU: {
@@ -93,7 +94,8 @@ int ScriptedV4l2Port::control(unsigned long request, void* argument) noexcept {
       auto& value = *static_cast<v4l2_control*>(argument);
       const auto found = device_.controls.find(value.id);
       if (found == device_.controls.end()) return EINVAL;
-      if (request == VIDIOC_S_CTRL) found->second.value = value.value;
+      if (request == VIDIOC_S_CTRL && (found->second.flags & V4L2_CTRL_FLAG_READ_ONLY) != 0) return EACCES;
+      if (request == VIDIOC_S_CTRL && !found->second.stubborn) found->second.value = value.value;
       value.value = found->second.value;
       return 0;
     }
@@ -244,8 +246,9 @@ void ScriptedV4l2Port::fill(std::uint64_t frame, std::int64_t time_ns) {
     buffer.filled.sequence = number;
     buffer.filled.flags = device_.damaged.count(frame) != 0 ? V4L2_BUF_FLAG_ERROR : 0;
     buffer.bytes_used = device_.truncated.count(frame) != 0 ? image_bytes() / 2 : image_bytes();
-    buffer.filled.timestamp.tv_sec = device_.stamps ? static_cast<time_t>(time_ns / kSecond) : 0;
-    buffer.filled.timestamp.tv_usec = device_.stamps ? static_cast<suseconds_t>(time_ns % kSecond / 1000) : 0;
+    const std::int64_t stamp_ns = !device_.stamps ? 0 : device_.stamp ? device_.stamp(frame, time_ns) : time_ns;
+    buffer.filled.timestamp.tv_sec = static_cast<time_t>(stamp_ns / kSecond);
+    buffer.filled.timestamp.tv_usec = static_cast<suseconds_t>(stamp_ns % kSecond / 1000);
     const V4l2PixelFormat* format = v4l2_format_of(format_->code);
     const int bytes = bytes_of(format_->code), stride = format_->width * bytes + format_->padding;
     for (int v = 0; v < format_->height; ++v)

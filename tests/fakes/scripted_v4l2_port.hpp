@@ -5,6 +5,7 @@
 #include <linux/videodev2.h>
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <set>
 #include <string>
@@ -25,6 +26,8 @@ struct ScriptedControl {
   std::int32_t low = 0, high = 100, step = 1, value = 0;
   std::set<std::int32_t> menu{};  // items, when it is one
   std::uint32_t flags = 0;
+  std::int32_t standard = 0;  // the driver's default
+  bool stubborn = false;      // takes a value and keeps its own
 };
 
 // One device, which ports open. Test side: set before the driver starts, or between its calls.
@@ -47,6 +50,8 @@ struct ScriptedV4l2Device {
   std::set<std::uint64_t> stands_still;        // gives nothing from that frame on, until it is opened again
   std::int64_t fails_until_ns = 0;             // till then it opens and starts, and fails at once
   bool stamps = true;
+  // What the driver writes for a frame that is done at that time; none: the time itself.
+  std::function<std::int64_t(std::uint64_t frame, std::int64_t time_ns)> stamp;
 
   // State.
   std::int64_t now_ns = 5'000'000'000;

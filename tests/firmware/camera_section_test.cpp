@@ -26,6 +26,7 @@ TEST(CameraSection, HasDefaultsThatChangeNothingOfTheCamera) {
   EXPECT_FALSE(config.live.rate_required);
   EXPECT_EQ(config.live.format, "auto");
   EXPECT_FALSE(config.live.exposure_us || config.live.gain || config.live.width || config.live.height || config.live.stamp);
+  EXPECT_FALSE(config.live.sharpness || config.live.focus);
   EXPECT_EQ(config.live.buffers, 4);
   EXPECT_EQ(config.live.shutter, Shutter::kGlobal);
   EXPECT_FALSE(config.live.trigger_input);
@@ -34,7 +35,7 @@ TEST(CameraSection, HasDefaultsThatChangeNothingOfTheCamera) {
 TEST(CameraSection, ReadsEveryKey) {
   const NodeConfig config = parsed(
       "source = \"libcamera:imx296\"\nframe_rate_hz = 60\nformat = \"Y10\"\nwidth_px = 640\nheight_px = 320\nexposure_us = 1500\n"
-      "gain = 2.5\nbuffers = 8\nshutter = \"rolling\"\nreadout_us = 9000\nstamp = \"exposure-start\"\ntrigger_input = true\n");
+      "gain = 2.5\nsharpness = 0.5\nfocus = 3.25\nbuffers = 8\nshutter = \"rolling\"\nreadout_us = 9000\nstamp = \"exposure-start\"\ntrigger_input = true\n");
   EXPECT_EQ(config.camera->text(), "libcamera:imx296");
   EXPECT_EQ(config.frame_rate_hz, 60);
   EXPECT_TRUE(config.live.rate_required);
@@ -43,6 +44,8 @@ TEST(CameraSection, ReadsEveryKey) {
   EXPECT_EQ(config.live.height, 320);
   EXPECT_EQ(config.live.exposure_us, 1500);
   EXPECT_EQ(config.live.gain, 2.5);
+  EXPECT_EQ(config.live.sharpness, 0.5);
+  EXPECT_EQ(config.live.focus, 3.25);
   EXPECT_EQ(config.live.buffers, 8);
   EXPECT_EQ(config.live.shutter, Shutter::kRolling);
   EXPECT_EQ(config.live.readout_us, 9000);

@@ -4,10 +4,14 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <memory>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "drivers/net/udp_socket.hpp"
 #include "proto/host_codec.hpp"
+#include "tests/fakes/live_camera.hpp"
 #include "tests/fakes/scratch_folder.hpp"
 
 namespace srd::firmware {
@@ -112,6 +116,38 @@ TEST(Doctor, TellsTheTechnicianWhatIsWrongWithTheImage) {
     expect(diagnosis, "pattern", Verdict::kWarn, "no surface in 4 frames");
     EXPECT_EQ(diagnosis.exit(), Exit::kDone) << "a camera that is not aimed yet is no broken one";
   }
+}
+
+// A camera that goes on changing its images, and whose times cannot be true.
+class SharpeningCamera final : public fakes::LiveCamera {
+ public:
+  SharpeningCamera(int width, int height) : LiveCamera(width, height), pixels_(static_cast<std::size_t>(width * height), 90) {}
+  std::vector<std::string> image_concerns() const override { return {"sharpness is 3, its least is 0: the camera sharpens edges"}; }
+  Capture next(CameraFrame& frame, Nanoseconds) noexcept override {
+    count_one(faults_.bad_stamps);
+    frame = {};
+    frame.image = {pixels_.data(), width(), height(), width()};
+    frame.sequence = sequence_++;
+    frame.time_ns = 20'000'000 * static_cast<std::int64_t>(sequence_);
+    return Capture::kFrame;
+  }
+
+ private:
+  std::vector<std::uint8_t> pixels_;
+  std::uint64_t sequence_ = 0;
+};
+
+TEST(Doctor, NamesTheControlThatChangesTheImageAndTimesThatCannotBeTrue) {
+  const NodeConfig config = simulated();
+  auto instrument = make_instrument(config);
+  ASSERT_TRUE(instrument.ok());
+  instrument->camera = std::make_unique<SharpeningCamera>(instrument->width, instrument->height);
+  Diagnosis diagnosis;
+  check_camera(config, *instrument, [&](const Camera& camera) { return open_strobe(config, camera); }, quick(), diagnosis);
+  expect(diagnosis, "image", Verdict::kWarn, "sharpness is 3, its least is 0");
+  expect(diagnosis, "image", Verdict::kWarn, "turn that control");
+  expect(diagnosis, "stamps", Verdict::kWarn, "frames with a time that cannot be true");
+  EXPECT_EQ(diagnosis.exit(), Exit::kDone);
 }
 
 TEST(Doctor, ACameraWithoutFramesFails) {

@@ -72,6 +72,8 @@ TEST(NodeConfig, SaysWhatIsWrongWhere) {
       {"[surface]\nguess_mm = [80]\n[detector]\nregion_px = [10, 10, 5, 20]\n", {"region_px", "u0 < u1"}},
       {"[surface]\nguess_mm = [80]\n[pattern]\nrows = 5\n", {"pattern.columns", "pattern.square_mm", "missing"}},
       {"[surface]\nguess_mm = [80]\n[node]\nid = \"a b\"\n", {"node.id", "a b"}},
+      {"[surface]\nguess_mm = [80]\n[node]\nid = \"1e5\"\n", {"node.id", "1e5", "a number", "flume-1e5"}},
+      {"[surface]\nguess_mm = [80]\n[node]\nid = \"NA\"\n", {"node.id", "NA", "missing", "flume-NA"}},
       {"[surface]\nguess_mm = [80]\n[estimator]\nmetric = \"best\"\n", {"metric", "reprojection"}},
       {"[surface]\nguess_mm = [80]\n[estimator]\nloss = \"cauchy\"\n", {"n.toml:4", "estimator.loss", "huber", "cauchy"}},
       {"[surface]\nguess_mm = [80]\n[estimator]\ndeadline_us = 0\n", {"n.toml:4", "estimator.deadline_us", "from 1", "us"}},

@@ -3,7 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <memory>
+#include <thread>
+#include <vector>
 
+#include "tests/fakes/live_camera.hpp"
 #include "tests/fakes/notify_socket.hpp"
 #include "tests/fakes/scratch_folder.hpp"
 
@@ -110,6 +114,63 @@ TEST(Node, MeasuresWhileItsHostHasNoAddress) {
   EXPECT_TRUE(std::any_of(said.begin(), said.end(), [](const std::string& s) {
     return s.find("the host's name has no address yet") != std::string::npos;
   }));
+}
+
+// A camera whose driver's stamps cannot be true.
+class BadlyStampedCamera final : public fakes::LiveCamera {
+ public:
+  using LiveCamera::LiveCamera;
+  Capture next(CameraFrame& frame, Nanoseconds) noexcept override {
+    frame = {};
+    frame.image = {pixels_.data(), width(), height(), width()};
+    frame.sequence = sequence_++;
+    frame.time_ns = static_cast<std::int64_t>(sequence_);
+    frame.clock = ClockId::kMonotonic;
+    count_one(faults_.bad_stamps);
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    return Capture::kFrame;
+  }
+
+ private:
+  std::vector<std::uint8_t> pixels_ = std::vector<std::uint8_t>(static_cast<std::size_t>(width() * height()), 90);
+  std::uint64_t sequence_ = 0;
+};
+
+TEST(Node, SaysOnceThatTheDriversTimesCannotBeTrueAndCountsThem) {
+  const auto config = NodeConfig::parse(kSimulated, "node.toml");
+  ASSERT_TRUE(config.ok());
+  auto instrument = make_instrument(*config);
+  ASSERT_TRUE(instrument.ok());
+  instrument->camera = std::make_unique<BadlyStampedCamera>(instrument->width, instrument->height);
+  std::string said;
+  RunOptions options;
+  options.frames = 6;
+  options.say = [&](const std::string& lines) { said += lines; };
+  const std::atomic<bool> stop{false};
+  const auto report = run_node(*config, *instrument, options, stop);
+  ASSERT_TRUE(report.ok()) << report.error().text();
+  const std::size_t at = said.find("times that cannot be true");
+  ASSERT_NE(at, std::string::npos) << said;
+  EXPECT_EQ(said.find("times that cannot be true", at + 1), std::string::npos) << said;
+  EXPECT_NE(report->text().find("impossible time stamps"), std::string::npos) << report->text();
+}
+
+TEST(Node, ARunWithoutASurfaceSaysWhyAndWhatToLookAt) {
+  const auto config = NodeConfig::parse(kSimulated, "node.toml");
+  ASSERT_TRUE(config.ok());
+  auto instrument = make_instrument(*config);
+  ASSERT_TRUE(instrument.ok());
+  instrument->camera = std::make_unique<BadlyStampedCamera>(instrument->width, instrument->height);  // evenly grey
+  RunOptions options;
+  options.frames = 5;
+  const std::atomic<bool> stop{false};
+  const auto report = run_node(*config, *instrument, options, stop);
+  ASSERT_TRUE(report.ok()) << report.error().text();
+  EXPECT_NE(report->without_surface.find("5 searching; the image has little contrast"), std::string::npos) << report->without_surface;
+  EXPECT_NE(report->text().find("surface   none in any frame: 5 searching"), std::string::npos) << report->text();
+  const auto measured = run(*config, options, stop);
+  ASSERT_TRUE(measured.ok());
+  EXPECT_EQ(measured->without_surface, "");
 }
 
 TEST(Node, EndsInOrderWhenStopped) {

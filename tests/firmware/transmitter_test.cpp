@@ -46,10 +46,10 @@ TEST(Transmitter, SendsToANameOnceItHasAnAddress) {
   ASSERT_TRUE(host.ok());
   const auto network_up = std::make_shared<std::atomic<bool>>(false);
   auto started = Transmitter::start(
-      to_a_name([network_up, address = host->local()](std::string_view text, std::string_view) -> Outcome<Address> {
+      to_a_name([network_up, address = host->local()](std::string_view text, std::string_view) -> Outcome<std::vector<Address>> {
         EXPECT_EQ(text, "flume-pc:47810");
         if (!*network_up) return Problem{Exit::kNetwork, "no name server yet"};
-        return address;
+        return std::vector{address};
       }));
   ASSERT_TRUE(started.ok()) << started.error().text();
   EXPECT_TRUE(within_seconds(10, [&] { return (*started)->host_problem() == "no name server yet"; }));
@@ -63,7 +63,7 @@ TEST(Transmitter, SendsToANameOnceItHasAnAddress) {
 
 TEST(Transmitter, ALookupThatBlocksHoldsUpNeitherRecordsNorTheEnd) {
   std::promise<void> answer;
-  auto started = Transmitter::start(to_a_name([blocked = answer.get_future().share()](auto, auto) -> Outcome<Address> {
+  auto started = Transmitter::start(to_a_name([blocked = answer.get_future().share()](auto, auto) -> Outcome<std::vector<Address>> {
     blocked.wait();
     return Problem{Exit::kNetwork, "nobody answered"};
   }));
@@ -87,7 +87,7 @@ TEST(Transmitter, ALookupThatBlocksHoldsUpNeitherRecordsNorTheEnd) {
 }
 
 TEST(Transmitter, RefusesWhatIsNoAddress) {
-  TransmitterOptions options = to_a_name(Address::parse);
+  TransmitterOptions options = to_a_name(Address::parse_all);
   options.host = "flume-pc";
   const auto refused = Transmitter::start(options);
   ASSERT_FALSE(refused.ok());

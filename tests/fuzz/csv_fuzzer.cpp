@@ -2,12 +2,12 @@
 #include <string>
 
 #include "host/listen/csv_row.hpp"
-#include "host/table/csv_table.hpp"
+#include "drivers/support/csv_table.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
   const std::string text(reinterpret_cast<const char*>(bytes), size);
   (void)srd::host::modes_of_header(text.substr(0, text.find('\n')));
-  const auto table = srd::host::CsvTable::parse(text, "input");
+  const auto table = srd::CsvTable::parse(text, "input");
   if (!table) return 0;
   std::size_t total = 0;
   for (const std::string& column : table->columns()) {

@@ -1,6 +1,8 @@
 #include "host/table/coefficient_run.hpp"
 
 #include <cmath>
+#include <string>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -43,6 +45,55 @@ TEST(CoefficientRun, ReadsSurfacesAndFailures) {
   EXPECT_EQ(0.2, run->rows[0].standard_deviation[1]);
   EXPECT_FALSE(run->rows[1].has_surface());
   EXPECT_TRUE(std::isnan(run->rows[1].height_mm));
+}
+
+// The same two frames as srd listen, R, pandas and a German spreadsheet write them.
+TEST(CoefficientRun, IsTheSameAfterOtherProgramsSavedItAgain) {
+  const std::string ours =
+      "node,boot,sequence,time_ns,clock,wall_time_ns,wall_uncertainty_ns,status,n_expected,n_found,n_used,mean_error,metric,"
+      "height_mm,A00,B,sd_A00,sd_B\n"
+      "cam-1,b00000000000000ff,99999,5000000000,monotonic,1790000000000000000,900,ok,20,19,18,0.02,reprojection,80.5,80,-0.0001,0.1,\n"
+      "cam-1,b00000000000000ff,100000,5033333000,monotonic,,,lost,20,3,0,,reprojection,,,,,\n";
+  const std::string r =
+      "\"\",\"node\",\"boot\",\"sequence\",\"time_ns\",\"clock\",\"wall_time_ns\",\"wall_uncertainty_ns\",\"status\",\"n_expected\","
+      "\"n_found\",\"n_used\",\"mean_error\",\"metric\",\"height_mm\",\"A00\",\"B\",\"sd_A00\",\"sd_B\"\n"
+      "\"1\",\"cam-1\",\"b00000000000000ff\",99999,5e+09,\"monotonic\",1.79e+18,900,\"ok\",20,19,18,0.02,\"reprojection\",80.5,80,-1e-04,0.1,NA\n"
+      "\"2\",\"cam-1\",\"b00000000000000ff\",1e+05,5033333000,\"monotonic\",NA,NA,\"lost\",20,3,0,NA,\"reprojection\",NA,NA,NA,NA,NA\n";
+  std::string german = ours;
+  for (char& c : german) c = c == ',' ? ';' : c;
+  for (const auto& [point, comma] : {std::pair("0.02", "0,02"), {"80.5", "80,5"}, {"-0.0001", "-0,0001"}, {"0.1", "0,1"}})
+    german.replace(german.find(point), std::string(point).size(), comma);
+  for (std::size_t at = 0; (at = german.find('\n', at)) != std::string::npos; at += 2) german.insert(at, "\r");
+  german = "\xEF\xBB\xBF" + german;
+  for (const std::string& text : {ours, r, german}) {
+    const auto run = run_of(text);
+    ASSERT_TRUE(run) << run.error().text() << text;
+    EXPECT_TRUE(run->notes.empty());
+    ASSERT_EQ(2u, run->rows.size());
+    EXPECT_EQ("cam-1", run->node);
+    const CoefficientRow& first = run->rows[0];
+    EXPECT_EQ("b00000000000000ff", first.boot);
+    EXPECT_EQ(99999u, first.sequence);
+    EXPECT_EQ(5000000000, first.time_ns);
+    EXPECT_EQ(0.02, first.mean_error);
+    EXPECT_EQ(80.5, first.height_mm);
+    EXPECT_EQ(80, first.coefficients[0]);
+    EXPECT_EQ(-0.0001, first.coefficients[1]);
+    EXPECT_EQ(0.1, first.standard_deviation[0]);
+    EXPECT_TRUE(std::isnan(first.standard_deviation[1]));
+    EXPECT_EQ(100000u, run->rows[1].sequence);
+    EXPECT_EQ("lost", run->rows[1].status);
+    EXPECT_FALSE(run->rows[1].has_surface());
+  }
+}
+
+TEST(CoefficientRun, TellsOfTimesThatAnotherProgramRounded) {
+  std::string text = kHeader + row("a", "7", 0, 100, "tracking", "80,80,1,0.1,0.2");
+  text.replace(text.find(",100,"), 5, ",1.70000000012346e+18,");
+  const auto run = run_of(text);
+  ASSERT_TRUE(run) << run.error().text();
+  ASSERT_EQ(1u, run->notes.size());
+  EXPECT_NE(std::string::npos, run->notes[0].find("rounded")) << run->notes[0];
 }
 
 TEST(CoefficientRun, PutsResentFramesInOrder) {

@@ -8,8 +8,9 @@
 #include <gtest/gtest.h>
 
 #include "host/listen/csv_row.hpp"
+#include "host/table/coefficient_columns.hpp"
 #include "host/listen/recorded.hpp"
-#include "host/table/csv_table.hpp"
+#include "drivers/support/csv_table.hpp"
 
 namespace srd::host {
 namespace {
@@ -74,7 +75,10 @@ void write(CsvRecord& record, std::uint64_t sequence, const proto::CoefficientFr
 TEST(CsvRecord, WritesTheColumnsThatProgramsAgreeOn) {
   const Folder folder;
   const auto record = open(folder.path / "run.csv", OpenMode::kNew);
-  write(*record, 7, frame_of(3, 80.25f));
+  proto::CoefficientFrame dated = frame_of(3, 80.25f);
+  dated.stamp.wall_time_ns = 1790000000123456789;
+  dated.stamp.wall_uncertainty_ns = 1234;
+  write(*record, 7, dated);
   proto::CoefficientFrame none = frame_of(3, 0);
   none.coefficients.resize(0);
   none.information.size = 0;
@@ -84,12 +88,12 @@ TEST(CsvRecord, WritesTheColumnsThatProgramsAgreeOn) {
   unsure.information.size = 0;
   write(*record, 9, unsure);
   EXPECT_EQ(text_of(folder.path / "run.csv"),
-            "node,boot,sequence,time_ns,clock,status,n_expected,n_found,n_used,mean_error,metric,height_mm,"
-            "A00,B,C,sd_A00,sd_B,sd_C\n"
-            "cam-1,18446744073709551615,7,1700000000123456789,realtime,ok,100,90,80,0.0625,reprojection,81.25,"
-            "80.25,2,0,0.01,0.01,0.01\n"
-            "cam-1,18446744073709551615,8,1700000000123456789,realtime,lost,100,90,80,,reprojection,,,,,,,\n"
-            "cam-1,18446744073709551615,9,1700000000123456789,realtime,ok,100,90,80,0.0625,reprojection,81,80,2,0,,,\n");
+            "node,boot,sequence,time_ns,clock,wall_time_ns,wall_uncertainty_ns,status,n_expected,n_found,n_used,mean_error,metric,"
+            "height_mm,A00,B,C,sd_A00,sd_B,sd_C\n"
+            "cam-1,bffffffffffffffff,7,1700000000123456789,realtime,1790000000123456789,1234,ok,100,90,80,0.0625,reprojection,"
+            "81.25,80.25,2,0,0.01,0.01,0.01\n"
+            "cam-1,bffffffffffffffff,8,1700000000123456789,realtime,,,lost,100,90,80,,reprojection,,,,,,,\n"
+            "cam-1,bffffffffffffffff,9,1700000000123456789,realtime,,,ok,100,90,80,0.0625,reprojection,81,80,2,0,,,\n");
   const auto table = CsvTable::read(folder.path / "run.csv");
   ASSERT_TRUE(table.ok());
   EXPECT_TRUE(std::isnan(table->numbers("A00").value()[1]));
@@ -98,7 +102,7 @@ TEST(CsvRecord, WritesTheColumnsThatProgramsAgreeOn) {
 TEST(CsvRecord, CoefficientsComeBackToTheLastBit) {
   for (const float a : {1.0f / 3, 1e-7f, 123456.789f, -0.0f, std::nextafter(80.0f, 81.0f)}) {
     proto::CoefficientFrame frame = frame_of(1, a);
-    std::string row = csv_header(frame.model.modes);
+    std::string row = coefficient_header(frame.model.modes);
     append_csv_row(kNode, 0, frame, row);
     const auto back = CsvTable::parse(row, "row").value().numbers("A00").value();
     EXPECT_EQ(static_cast<float>(back[0]), a);
@@ -219,24 +223,42 @@ TEST(CsvRecord, SaysWhichModelTheRowsBelongTo) {
   EXPECT_EQ(sidecar->nodes.size(), 2u);
 }
 
+// A node of an earlier version may have such a name.
+TEST(CsvRecord, SaysOnceThatANodesNameReadsAsAValueAndKeepsItsFrames) {
+  const Folder folder;
+  const auto record = open(folder.path / "run.csv", OpenMode::kNew);
+  const proto::BootId odd{*proto::NodeId::make("NA"), 2};
+  for (std::uint64_t s = 0; s < 2; ++s) ASSERT_TRUE(record->write(odd, s, frame_of(1, 80)).ok());
+  ASSERT_TRUE(record->flush().ok());
+  ASSERT_EQ(record->notes().size(), 1u);
+  EXPECT_NE(record->notes()[0].find("node 'NA'"), std::string::npos);
+  EXPECT_EQ(CsvTable::read(folder.path / "run.csv").value().words("node").value(), (std::vector<std::string>{"NA", "NA"}));
+}
+
 TEST(CsvRecord, ForeignRowsAreAnErrorWithTheirLine) {
   const Folder folder;
   const fs::path file = folder.path / "run.csv";
-  std::ofstream(file) << csv_header(dsp::ModeList::standard(1).value()) << "cam,1,x,0\n";
+  std::ofstream(file) << coefficient_header(dsp::ModeList::standard(1).value()) << "cam,b0000000000000001,x,0\n";
   const auto bad = read_recorded(file);
   ASSERT_FALSE(bad.ok());
   EXPECT_EQ(bad.error().where, file.string() + ":2");
+  for (const char* boot : {"1", "b1", "b00000000000000FF", "bffffffffffffffffff", "NA"}) {
+    std::ofstream(file) << coefficient_header(dsp::ModeList::standard(1).value()) << "cam," << boot << ",3,0\n";
+    EXPECT_FALSE(read_recorded(file).ok()) << boot;
+  }
 }
 
 TEST(CsvRow, HeaderNamesItsModes) {
   for (const int n : {1, 3, 5, 8, 12}) {
     const auto modes = dsp::ModeList::standard(n).value();
-    std::string header = csv_header(modes);
+    std::string header = coefficient_header(modes);
     header.pop_back();
     const auto back = modes_of_header(header);
     ASSERT_TRUE(back.has_value());
     EXPECT_TRUE(*back == modes);
   }
+  EXPECT_EQ(boot_text(0), "b0000000000000000");
+  EXPECT_EQ(boot_text(0x12'3456'789a'bcde), "b00123456789abcde");
   EXPECT_FALSE(modes_of_header("node,boot").has_value());
   EXPECT_FALSE(modes_of_header("").has_value());
 }

@@ -3,8 +3,10 @@
 
 #include <future>
 #include <memory>
+#include <optional>
 #include <random>
 #include <thread>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <gtest/gtest.h>
@@ -12,7 +14,7 @@
 #include "firmware/transmit/transmitter.hpp"
 #include "host/listen/command.hpp"
 #include "host/listen/status_line.hpp"
-#include "host/table/csv_table.hpp"
+#include "drivers/support/csv_table.hpp"
 #include "tests/fakes/scratch_folder.hpp"
 #include "tests/host/delivery_simulation.hpp"
 #include "tests/host/lossy_relay.hpp"
@@ -165,6 +167,70 @@ TEST(Listen, NodeOutlivesAHostThatComesLate) {
   EXPECT_TRUE(listen(options, never).ok());
   EXPECT_EQ(node->finish().unacknowledged, 0u);
   expect_rows(options.csv, {{"cam", 50}});
+}
+
+// As Debian's own /etc/hosts has it for localhost: nobody listens at the first address.
+TEST(Listen, ANodeTriesEveryAddressOfItsHostUntilOneAnswers) {
+  if (!UdpSocket::bind(Address::parse("[::1]:0", "test").value()).ok()) GTEST_SKIP() << "no IPv6 on this machine";
+  for (const bool someone_else : {false, true}) {
+    const fakes::ScratchFolder folder;
+    const auto file = folder.path() / "run.csv";
+    Listening host({.csv = file});
+    const Address right = Address::parse(host.address().text(), "test").value();
+    const Address wrong = Address::parse("[::1]:" + std::to_string(right.port()), "test").value();
+    // One who takes everything and never answers: no error tells of it.
+    std::optional<UdpSocket> silent;
+    if (someone_else) silent.emplace(UdpSocket::bind(wrong).value());
+    firmware::TransmitterOptions options;
+    options.sender.from = {*proto::NodeId::make("cam"), 7};
+    options.host = "localhost:" + std::to_string(right.port());
+    options.resolve = [&](std::string_view, std::string_view) -> Outcome<std::vector<Address>> { return std::vector{wrong, right}; };
+    auto node = firmware::Transmitter::start(options);
+    ASSERT_TRUE(node.ok()) << node.error().text();
+    for (int i = 0; i < 20; ++i) EXPECT_TRUE((*node)->push(testing::Simulation::frame_at(i)));
+    const firmware::TransmitterReport report = (*node)->finish();
+    EXPECT_EQ(report.unacknowledged, 0u);
+    EXPECT_EQ(report.host_address, right.text() + " answers; it is also " + wrong.text());
+    host.end();
+    expect_rows(file, {{"cam", 20}});
+  }
+}
+
+TEST(Listen, TellsOfANodeThatMeasuredNothing) {
+  const fakes::ScratchFolder folder;
+  Listening host({.csv = folder.path() / "run.csv"});
+  for (const bool measures : {true, false}) {
+    const auto node = start_node(measures ? "good" : "blind", 1, host.address());
+    for (int i = 0; i < 5; ++i) {
+      proto::CoefficientFrame frame = testing::Simulation::frame_at(i);
+      if (!measures) {
+        frame.coefficients.resize(0);
+        frame.information = {};
+        frame.status = i == 0 ? proto::FrameStatus::kBadFrame : proto::FrameStatus::kSearching;
+      }
+      EXPECT_TRUE(node->push(frame));
+    }
+    EXPECT_EQ(node->finish().unacknowledged, 0u);
+  }
+  host.end();
+  EXPECT_NE(host.said.find("blind: no frame has a surface: 4 searching, 1 bad_frame"), std::string::npos) << host.said;
+  EXPECT_EQ(host.said.find("good: no frame"), std::string::npos) << host.said;
+}
+
+TEST(Listen, AHostWithoutAnAnswerFromAnyAddressSaysAllOfThem) {
+  const Address a = UdpSocket::bind(Address::parse("127.0.0.1:0", "test").value())->local();
+  const Address b = UdpSocket::bind(Address::parse("127.0.0.2:0", "test").value())->local();
+  firmware::TransmitterOptions options;
+  options.sender.from = {*proto::NodeId::make("cam"), 7};
+  options.sender.timing.linger = 300'000'000;
+  options.host = "flume-pc:47810";
+  options.resolve = [&](std::string_view, std::string_view) -> Outcome<std::vector<Address>> { return std::vector{a, b}; };
+  auto node = firmware::Transmitter::start(options);
+  ASSERT_TRUE(node.ok());
+  EXPECT_TRUE((*node)->push(testing::Simulation::frame_at(0)));
+  const firmware::TransmitterReport report = (*node)->finish();
+  EXPECT_EQ(report.unacknowledged, 1u);
+  EXPECT_EQ(report.host_address, "none of its addresses answers: " + a.text() + ", " + b.text());
 }
 
 TEST(Listen, WarnsWhenAnyoneCouldSend) {

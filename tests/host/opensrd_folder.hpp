@@ -13,7 +13,7 @@
 #include "drivers/recording/rig.hpp"
 #include "drivers/support/text_file.hpp"
 #include "host/reconstruct/command.hpp"
-#include "host/table/csv_table.hpp"
+#include "drivers/support/csv_table.hpp"
 #include "tests/fakes/scratch_folder.hpp"
 #include "tests/fakes/synthetic_scene.hpp"
 

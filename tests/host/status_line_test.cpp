@@ -56,6 +56,13 @@ TEST_F(NodeConcerns, NamesTheNodeAndWhatIsWrongWithIt) {
   EXPECT_NE(summary_table(session_).find("restart 3 after: SIGBUS"), std::string::npos);
 }
 
+TEST_F(NodeConcerns, ImpossibleTimesOfTheCamerasDriverAreTold) {
+  proto::NodeStatus status = warm(60);
+  status.bad_stamps = 12;
+  hear("a", 1, status);
+  EXPECT_NE(line().find("a: 12 frames timed by their arrival"), std::string::npos) << line();
+}
+
 TEST_F(NodeConcerns, WhatIsOverIsToldAsPast) {
   proto::NodeStatus status = warm(50);
   status.throttled = Throttled::kUnderVoltage << Throttled::kEverShift;

@@ -97,6 +97,7 @@ TEST(Codec, StatusComesBackAsItWas) {
     RC_ASSERT(a.clock_state == b.clock_state && a.minor_faults == b.minor_faults && a.major_faults == b.major_faults);
     RC_ASSERT(a.recording == b.recording && a.recorded == b.recorded && a.record_dropped == b.record_dropped);
     RC_ASSERT(a.disconnects == b.disconnects);
+    RC_ASSERT(a.bad_stamps == b.bad_stamps);
     RC_ASSERT(a.lost_ranges == b.lost_ranges);
   }));
 }
@@ -166,7 +167,7 @@ TEST(Codec, TheLargestOfEveryMessageFitsADatagram) {
   for (std::uint64_t* count : {&status.dropped_by_source, &status.dropped_late, &status.dropped_bad,
                                &status.dropped_transmit, &status.lost, &status.resent, &status.held,
                                &status.strobe_late, &status.clock_uncertainty_ns, &status.minor_faults,
-                               &status.major_faults, &status.recorded, &status.record_dropped, &status.disconnects})
+                               &status.major_faults, &status.recorded, &status.record_dropped, &status.disconnects, &status.bad_stamps})
     *count = ~std::uint64_t{0};
   status.temperature_c = -1;
   status.clock_offset_ns = -1;

@@ -116,7 +116,7 @@ inline NodeStatus any_status(Generator& random) {
   for (std::uint64_t* count :
        {&status.dropped_by_source, &status.dropped_late, &status.dropped_bad, &status.dropped_transmit, &status.lost,
         &status.resent, &status.held, &status.strobe_late, &status.clock_uncertainty_ns, &status.minor_faults,
-        &status.major_faults, &status.recorded, &status.record_dropped, &status.disconnects})
+        &status.major_faults, &status.recorded, &status.record_dropped, &status.disconnects, &status.bad_stamps})
     *count = any_number(random);
   if (random() % 2 == 0) status.temperature_c = any_float(random, -20, 90);
   if (random() % 2 == 0) status.clock_offset_ns = static_cast<std::int64_t>(any_number(random));

@@ -10,6 +10,7 @@
 #include "drivers/camera/libcamera/libcamera_driver.hpp"
 #include "drivers/camera/libcamera/libcamera_session.hpp"
 #include "drivers/camera/libcamera/libcamera_version.hpp"
+#include "drivers/camera/stamp_gate.hpp"
 #include "drivers/support/system_clock.hpp"
 #include "drivers/support/text_file.hpp"
 
@@ -46,6 +47,8 @@ class LibcameraCamera final : public Camera {
     const double rate = options_.rate_hz.value_or(0);
     period_ = Nanoseconds(rate > 0 ? static_cast<std::int64_t>(1e9 / rate) : 0);
     sequence_ = FrameSequence(period_.count());
+    gate_ = StampGate(period_.count());
+    gate_.begin(clock_ns(CLOCK_MONOTONIC));
     timing_ = options_.timing;
     if (session_.exposure_us() > 0) timing_.exposure_ns = 1000 * session_.exposure_us();
     started_ = true;
@@ -70,7 +73,10 @@ class LibcameraCamera final : public Camera {
     const auto left = std::max(Nanoseconds(0), Nanoseconds(deadline - std::chrono::steady_clock::now()));
     Capture result = Capture::kTimeout;
     CompletedRequest request;
-    switch (session_.wait(left)) {
+    const std::int64_t wait_from = clock_ns(CLOCK_MONOTONIC);
+    const LibcameraSession::Ready ready = session_.wait(left);
+    gate_.waited(wait_from, clock_ns(CLOCK_MONOTONIC));
+    switch (ready) {
       case LibcameraSession::Ready::kGone: result = lose("the camera was removed"); break;
       case LibcameraSession::Ready::kTimeout: result = silent(); break;
       case LibcameraSession::Ready::kFrame:
@@ -115,6 +121,7 @@ class LibcameraCamera final : public Camera {
     for (const std::string& note : session_.notes()) text += "note      " + note + "\n";
     return text;
   }
+  std::vector<std::string> image_concerns() const override { return session_.concerns(); }
   std::string last_words() const override {
     return stopped_away_ ? "camera    " + options_.id + " went away and did not come back: " + why_ + "\n" : std::string();
   }
@@ -134,11 +141,17 @@ class LibcameraCamera final : public Camera {
     const std::int64_t now_ns = clock_ns(CLOCK_MONOTONIC);
     if (request.stamp_ns != 0 && clock_ == ClockId::kUnknown) clock_ = nearest_clock(request.stamp_ns);
     frame = {};
-    frame.clock = request.stamp_ns != 0 ? clock_ : ClockId::kMonotonic;
+    // As on the monotonic clock, which the gate keeps.
+    const std::int64_t asleep = clock_ == ClockId::kBoottime ? clock_ns(CLOCK_BOOTTIME) - now_ns : 0;
+    const bool by_arrival = !gate_.possible(request.stamp_ns - asleep, now_ns);
+    gate_.gave(by_arrival ? now_ns : request.stamp_ns - asleep);
+    if (by_arrival && request.stamp_ns != 0 && request.good) count_one(faults_.bad_stamps);
+    frame.clock = by_arrival ? ClockId::kMonotonic : clock_;
     FrameTiming timing = timing_;
+    if (by_arrival) timing.mark = StampMark::kFrameEnd;
     if (request.exposure_us > 0) timing.exposure_ns = 1000 * request.exposure_us;
     frame.sequence = request.numbered ? sequence_.next(request.sequence, now_ns) : sequence_.next_unnumbered(now_ns);
-    frame.time_ns = timing.middle_ns(request.stamp_ns != 0 ? request.stamp_ns : now_ns);
+    frame.time_ns = timing.middle_ns(by_arrival ? now_ns : request.stamp_ns);
     frame.exposure_us = static_cast<std::uint32_t>(timing.exposure_ns / 1000);
     if (!request.good) {
       count_one(faults_.error_buffers);
@@ -208,6 +221,7 @@ class LibcameraCamera final : public Camera {
     back_ = true;
     clock_ = ClockId::kUnknown;
     saw_frame();
+    gate_.begin(clock_ns(CLOCK_MONOTONIC));
     return Capture::kFrame;
   }
 
@@ -215,6 +229,7 @@ class LibcameraCamera final : public Camera {
   LibcameraSession session_;
   FramePool own_;  // of converted images
   FrameSequence sequence_;
+  StampGate gate_;
   Nanoseconds period_{0};
   FrameTiming timing_;
   int buffers_ = 0;

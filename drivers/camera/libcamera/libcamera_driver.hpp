@@ -17,6 +17,8 @@ struct LibcameraOptions {
   bool rate_required = false;  // a camera that cannot do rate_hz to 1 % is refused
   std::optional<std::int64_t> exposure_us;  // none: automatic exposure goes on
   std::optional<double> gain;  // analogue, 1 and more; none: automatic, unless exposure_us is given
+  std::optional<double> sharpness;  // none: 0, which is none; 1: what the camera's maker thinks normal
+  std::optional<double> focus; // 1/m; none: the lens stays where it is
   int buffers = 4;
   FrameTiming timing;          // mark: of SensorTimestamp. The exposure that a frame reports goes before exposure_ns
   bool trigger_input = false;

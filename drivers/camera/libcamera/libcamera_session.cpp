@@ -10,6 +10,7 @@
 #include <cstring>
 #include <ctime>
 
+#include "drivers/camera/libcamera/libcamera_image.hpp"
 #include "drivers/camera/libcamera/libcamera_version.hpp"
 #include "drivers/support/system_clock.hpp"
 #include "drivers/support/text_file.hpp"
@@ -212,6 +213,7 @@ Outcome<libcamera::ControlList> LibcameraSession::choose_controls(const Libcamer
     notes_.push_back("exposure and gain left to the camera");
   }
   if (has(known, controls::AwbEnable)) set.set(controls::AwbEnable, false);
+  concerns_ = neutral_image(known, options, set, notes_);
   exposure_us_ = 0;
   if (options.exposure_us) {
     if (has(known, controls::ExposureTime)) {

@@ -66,6 +66,7 @@ class LibcameraSession {
   [[nodiscard]] const LibcameraFormat& format() const noexcept { return format_; }
   [[nodiscard]] const std::string& id() const noexcept { return id_; }
   [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
+  [[nodiscard]] const std::vector<std::string>& concerns() const { return concerns_; }  // Camera::image_concerns
   [[nodiscard]] bool sets_rate() const noexcept { return sets_rate_; }
   // That the camera was set to; 0: it was not.
   [[nodiscard]] std::int64_t exposure_us() const noexcept { return exposure_us_; }
@@ -105,6 +106,7 @@ class LibcameraSession {
   LibcameraFormat format_{};
   std::string id_;
   std::vector<std::string> notes_;
+  std::vector<std::string> concerns_;
 };
 
 // "R8 640x480, 1280x720" a line a format that the driver takes, the others in one more.

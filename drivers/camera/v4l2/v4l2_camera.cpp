@@ -42,6 +42,8 @@ Outcome<void> V4l2Camera::start() {
   if (plan_.exposure_ns > 0) timing_.exposure_ns = plan_.exposure_ns;
   timing_.mark = options_.stamp.value_or(stream_.mark());
   sequence_ = FrameSequence(plan_.settings.period_ns());
+  gate_ = StampGate(plan_.settings.period_ns());
+  gate_.begin(port_->now_ns());
   started_ = true;
   away_ = back_ = stopped_away_ = false;
   why_ = {};
@@ -74,7 +76,10 @@ Capture V4l2Camera::next(CameraFrame& frame, Nanoseconds timeout) noexcept {
   };
   stream_.requeue_idle();
   for (;;) {
-    switch (port_->wait(left())) {
+    const std::int64_t wait_from = port_->now_ns();
+    const V4l2Port::Ready ready = port_->wait(left());
+    gate_.waited(wait_from, port_->now_ns());
+    switch (ready) {
       case V4l2Port::Ready::kError: return without_frame(lose({V4l2Step::kDone, EIO}));
       case V4l2Port::Ready::kTimeout:
         note_waiting();
@@ -102,10 +107,18 @@ Capture V4l2Camera::take(CameraFrame& frame, std::uint32_t own_buffer) noexcept 
     count_one(faults_.reconnects);
   }
   frame = {};
-  frame.clock = taken.stamp_ns != 0 ? stream_.clock() : ClockId::kMonotonic;
-  const std::int64_t stamp_ns = taken.stamp_ns != 0 ? taken.stamp_ns : last_frame_ns_;
-  frame.sequence = sequence_.next(taken.sequence, frame.clock == ClockId::kMonotonic ? stamp_ns : last_frame_ns_);
-  frame.time_ns = timing_.middle_ns(stamp_ns);
+  const std::int64_t arrival_ns = last_frame_ns_;
+  const bool claims_monotonic = stream_.clock() == ClockId::kMonotonic;
+  const bool by_arrival = claims_monotonic ? !gate_.possible(taken.stamp_ns, arrival_ns) : taken.stamp_ns == 0;
+  frame.clock = by_arrival ? ClockId::kMonotonic : stream_.clock();
+  const std::int64_t stamp_ns = by_arrival ? arrival_ns : taken.stamp_ns;
+  if (claims_monotonic) gate_.gave(stamp_ns);
+  // A damaged frame has no image to be timed: it is counted as damaged only.
+  if (by_arrival && claims_monotonic && !taken.damaged) count_one(faults_.bad_stamps);
+  frame.sequence = sequence_.next(taken.sequence, frame.clock == ClockId::kMonotonic ? stamp_ns : arrival_ns);
+  FrameTiming timing = timing_;
+  if (by_arrival) timing.mark = StampMark::kFrameEnd;  // what the arrival is the time of, whatever the stamps mark
+  frame.time_ns = timing.middle_ns(stamp_ns);
   frame.exposure_us = static_cast<std::uint32_t>(timing_.exposure_ns / 1000);
   if (taken.damaged) {
     count_one(faults_.error_buffers);
@@ -189,6 +202,7 @@ Capture V4l2Camera::recover(Nanoseconds timeout) noexcept {
   back_ = true;  // counted as back with its first frame
   why_ = {};
   streaming();
+  gate_.begin(last_frame_ns_);
   return Capture::kFrame;
 }
 

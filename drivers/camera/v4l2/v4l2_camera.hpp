@@ -9,6 +9,7 @@
 #include "drivers/camera/camera.hpp"
 #include "drivers/camera/frame_pool.hpp"
 #include "drivers/camera/frame_sequence.hpp"
+#include "drivers/camera/stamp_gate.hpp"
 #include "drivers/camera/v4l2/v4l2_plan.hpp"
 #include "drivers/camera/v4l2/v4l2_stream.hpp"
 
@@ -24,7 +25,7 @@ struct V4l2CameraOptions {
 
 // GREY and NV12 frames are the driver's own buffers, given back to it by give_back; other formats are converted once
 // into buffers of this class. Frames have the driver's clock; a driver that stamps nothing gives the time of arrival
-// (monotonic). Sequence numbers go on over their 32 bits, and over reconnects by the time that passed.
+// (monotonic), and so does a stamp that says it is monotonic and cannot be true (stamp_gate.hpp; counted). Sequence numbers go on over their 32 bits, and over reconnects by the time that passed.
 // A device that goes away (or gives nothing for 20 periods, 2 s at least, without a trigger) is closed as soon as every
 // frame is given back, and opened again with the settings of the start, at most one try a call and five a second.
 class V4l2Camera final : public Camera {
@@ -44,6 +45,7 @@ class V4l2Camera final : public Camera {
   [[nodiscard]] FrameTiming timing() const override { return timing_; }
   [[nodiscard]] std::string summary() const override;
   [[nodiscard]] std::string last_words() const override;
+  [[nodiscard]] std::vector<std::string> image_concerns() const override { return plan_.concerns; }
 
  private:
   [[nodiscard]] int row_bytes() const { return plan_.settings.width * bytes_per_pixel(plan_.format.layout); }
@@ -61,6 +63,7 @@ class V4l2Camera final : public Camera {
   FrameTiming timing_;
   FramePool own_;  // of converted images
   FrameSequence sequence_;
+  StampGate gate_;
   int buffers_ = 0;
   bool started_ = false, away_ = false, back_ = false, late_ = false;
   std::int64_t last_frame_ns_ = 0;  // monotonic; of the start too

@@ -14,6 +14,7 @@ namespace srd {
 namespace {
 
 constexpr std::int64_t kAbsoluteUnitUs = 100;  // of V4L2_CID_EXPOSURE_ABSOLUTE
+constexpr std::int32_t kNeutralGamma = 100;     // of V4L2_CID_GAMMA on UVC devices
 
 // A control that is there and can be written.
 std::optional<v4l2_queryctrl> find(V4l2Port& port, std::uint32_t id) {
@@ -115,14 +116,71 @@ void plan_gain(V4l2Port& port, std::optional<double> gain, V4l2Settings& setting
   plan.notes.push_back("gain cannot be set: the device has no such control");
 }
 
+// What the device itself would do to edges and grey levels.
+void plan_image(V4l2Port& port, std::optional<double> sharpness, V4l2Settings& settings, V4l2ControlPlan& plan) {
+  if (const auto control = find(port, V4L2_CID_SHARPNESS)) {
+    const std::int32_t value = sharpness ? nearest(*control, *sharpness) : control->minimum;
+    settings.add_control(V4L2_CID_SHARPNESS, value);
+    if (sharpness && value != *sharpness)
+      plan.notes.push_back("sharpness " + std::to_string(value) + " instead of " + number_text(*sharpness) +
+                           ": the device takes whole numbers, " + range_of(*control, 1, ""));
+  } else if (sharpness) {
+    plan.notes.push_back("sharpness cannot be set: the device has no such control");
+  }
+  // Off is the least of each.
+  for (const std::uint32_t id : {V4L2_CID_AUTO_WHITE_BALANCE, V4L2_CID_BACKLIGHT_COMPENSATION, V4L2_CID_WIDE_DYNAMIC_RANGE,
+                                 V4L2_CID_IMAGE_STABILIZATION, V4L2_CID_POWER_LINE_FREQUENCY})
+    if (const auto control = find(port, id)) settings.add_control(id, control->minimum);
+  if (const auto control = find(port, V4L2_CID_CONTRAST)) settings.add_control(V4L2_CID_CONTRAST, control->default_value);
+  // UVC counts in hundredths: other devices' units have no known neutral value.
+  if (const auto control = find(port, V4L2_CID_GAMMA); control && control->minimum <= kNeutralGamma && control->maximum >= 2 * kNeutralGamma)
+    settings.add_control(V4L2_CID_GAMMA, nearest(*control, kNeutralGamma));
+}
+
+// A lens that moves makes another camera of it than the one that was calibrated.
+void plan_focus(V4l2Port& port, std::optional<double> focus, V4l2Settings& settings, V4l2ControlPlan& plan) {
+  const bool automatic = find(port, V4L2_CID_FOCUS_AUTO).has_value();
+  if (automatic) settings.add_control(V4L2_CID_FOCUS_AUTO, 0);
+  const auto absolute = find(port, V4L2_CID_FOCUS_ABSOLUTE);
+  if (absolute && focus) {
+    const std::int32_t value = nearest(*absolute, *focus);
+    settings.add_control(V4L2_CID_FOCUS_ABSOLUTE, value);
+    if (value != *focus)
+      plan.notes.push_back("focus " + std::to_string(value) + " instead of " + number_text(*focus) +
+                           ": the device takes whole numbers, " + range_of(*absolute, 1, ""));
+  } else if (focus) {
+    plan.notes.push_back("focus cannot be set: the device has no such control");
+  } else if (absolute) {
+    const auto now = value_of(port, V4L2_CID_FOCUS_ABSOLUTE);
+    plan.notes.push_back("the lens stays where it is" + (now ? ", at focus " + std::to_string(*now) : std::string()) +
+                         ": camera.focus holds the one that the camera was calibrated with");
+  }
+}
+
 const char* name_of(std::uint32_t id) {
   switch (id) {
     case V4L2_CID_EXPOSURE_AUTO: return "manual exposure";
     case V4L2_CID_EXPOSURE_AUTO_PRIORITY: return "a fixed frame rate";
     case V4L2_CID_EXPOSURE_ABSOLUTE: return "exposure";
     case V4L2_CID_AUTOGAIN: return "manual gain";
+    case V4L2_CID_SHARPNESS: return "sharpness";
+    case V4L2_CID_AUTO_WHITE_BALANCE: return "a fixed white balance";
+    case V4L2_CID_BACKLIGHT_COMPENSATION: return "backlight compensation";
+    case V4L2_CID_WIDE_DYNAMIC_RANGE: return "wide dynamic range";
+    case V4L2_CID_IMAGE_STABILIZATION: return "image stabilisation";
+    case V4L2_CID_POWER_LINE_FREQUENCY: return "the power-line filter";
+    case V4L2_CID_CONTRAST: return "contrast";
+    case V4L2_CID_GAMMA: return "gamma";
+    case V4L2_CID_FOCUS_AUTO: return "manual focus";
+    case V4L2_CID_FOCUS_ABSOLUTE: return "focus";
     default: return "gain";
   }
+}
+
+bool concerns_image(std::uint32_t id) {
+  return id == V4L2_CID_SHARPNESS || id == V4L2_CID_AUTO_WHITE_BALANCE || id == V4L2_CID_BACKLIGHT_COMPENSATION ||
+         id == V4L2_CID_WIDE_DYNAMIC_RANGE || id == V4L2_CID_IMAGE_STABILIZATION || id == V4L2_CID_POWER_LINE_FREQUENCY ||
+         id == V4L2_CID_CONTRAST || id == V4L2_CID_GAMMA || id == V4L2_CID_FOCUS_AUTO || id == V4L2_CID_FOCUS_ABSOLUTE;
 }
 
 // Sets the values in their order, and leaves out those that the device refuses: they would be refused each time.
@@ -131,22 +189,38 @@ void leave_out_refused(V4l2Port& port, V4l2Settings& settings, V4l2ControlPlan& 
   for (int i = 0; i < settings.control_count; ++i) {
     const V4l2Control control = settings.controls[static_cast<std::size_t>(i)];
     v4l2_control set{control.id, control.value};
-    if (const int error = port.control(VIDIOC_S_CTRL, &set); error != 0)
+    if (const int error = port.control(VIDIOC_S_CTRL, &set); error != 0) {
       plan.notes.push_back(std::string(name_of(control.id)) + " cannot be set: " + std::strerror(error));
-    else
+      if (concerns_image(control.id)) plan.concerns.push_back(plan.notes.back());
+    } else {
       settings.controls[static_cast<std::size_t>(kept++)] = control;
+    }
   }
   settings.control_count = kept;
 }
 
+// What the device has after all is set: some take a value and keep another. Read-only controls are looked at too.
+void look_at_sharpness(V4l2Port& port, V4l2ControlPlan& plan) {
+  v4l2_queryctrl control;
+  std::memset(&control, 0, sizeof control);
+  control.id = V4L2_CID_SHARPNESS;
+  if (port.control(VIDIOC_QUERYCTRL, &control) != 0 || (control.flags & V4L2_CTRL_FLAG_DISABLED) != 0) return;
+  const auto value = value_of(port, V4L2_CID_SHARPNESS);
+  if (value && *value > control.minimum)
+    plan.concerns.push_back("sharpness is " + std::to_string(*value) + ", its least is " + std::to_string(control.minimum) +
+                            ": the camera sharpens edges");
+}
+
 }  // namespace
 
-V4l2ControlPlan plan_controls(V4l2Port& port, std::optional<std::int64_t> exposure_us, std::optional<double> gain,
-                              V4l2Settings& settings) {
+V4l2ControlPlan plan_controls(V4l2Port& port, const V4l2ControlAsk& ask, V4l2Settings& settings) {
   V4l2ControlPlan plan;
-  plan_exposure(port, exposure_us, settings, plan);
-  plan_gain(port, gain, settings, plan);
+  plan_exposure(port, ask.exposure_us, settings, plan);
+  plan_gain(port, ask.gain, settings, plan);
+  plan_image(port, ask.sharpness, settings, plan);
+  plan_focus(port, ask.focus, settings, plan);
   leave_out_refused(port, settings, plan);
+  look_at_sharpness(port, plan);
   return plan;
 }
 

@@ -40,7 +40,8 @@ class Planner {
     offers_ = offers_of(port_, settings.buffer_type());
     if (auto done = choose_format(); !done) return done.error();
     if (auto done = choose_rate(); !done) return done.error();
-    V4l2ControlPlan controls = plan_controls(port_, ask_.exposure_us, ask_.gain, settings);
+    V4l2ControlPlan controls = plan_controls(port_, {ask_.exposure_us, ask_.gain, ask_.sharpness, ask_.focus}, settings);
+    plan_.concerns = controls.concerns;
     plan_.exposure_ns = controls.exposure_ns;
     for (std::string& note : controls.notes) plan_.notes.push_back(std::move(note));
     return std::move(plan_);

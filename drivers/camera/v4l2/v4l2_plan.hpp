@@ -21,6 +21,8 @@ struct V4l2Ask {
   bool rate_required = false;   // a device that cannot do rate_hz to 1 % is refused; else its own rate is a note
   std::optional<std::int64_t> exposure_us;
   std::optional<double> gain;   // in the device's units
+  std::optional<double> sharpness;  // in the device's units; none: its least
+  std::optional<double> focus;  // in the device's units; none: the lens stays where it is
   int buffers = 4;              // 3 to FramePool::kMostBuffers
 };
 
@@ -31,6 +33,7 @@ struct V4l2Plan {
   double rate_hz = 0;              // 0: unknown
   std::int64_t exposure_ns = 0;    // 0: unknown
   std::vector<std::string> notes;  // clamped values, what cannot be set
+  std::vector<std::string> concerns;  // Camera::image_concerns
 };
 
 // Opens the device, tries and sets what is asked, and leaves it open and without buffers. kDevice, with what the

@@ -17,7 +17,7 @@ struct V4l2Control {
 };
 
 struct V4l2Settings {
-  static constexpr int kMostControls = 8;
+  static constexpr int kMostControls = 20;
 
   std::uint32_t code = 0;  // V4L2_PIX_FMT_*
   int width = 0, height = 0;  // px

@@ -1,0 +1,57 @@
+#include "drivers/camera/image_sketch.hpp"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <random>
+#include <vector>
+
+namespace srd {
+namespace {
+
+constexpr int kWidth = 320, kHeight = 240;
+
+ImageSketch sketch_of(const std::function<int(int u, int v)>& grey) {
+  std::vector<std::uint8_t> pixels;
+  for (int v = 0; v < kHeight; ++v)
+    for (int u = 0; u < kWidth; ++u) pixels.push_back(static_cast<std::uint8_t>(grey(u, v)));
+  return ImageSketch({pixels.data(), kWidth, kHeight, kWidth});
+}
+
+int board(int u, int v) { return (u / 20 + v / 20) % 2 == 0 ? 40 : 210; }
+
+void expect_words(const ImageSketch& sketch, const char* words) {
+  EXPECT_NE(sketch.diagnosis().find(words), std::string::npos) << sketch.diagnosis();
+}
+
+TEST(ImageSketch, TellsWhyAnImageShowsNoPattern) {
+  expect_words(sketch_of([](int, int) { return 0; }), "nearly black");
+  expect_words(sketch_of([](int u, int v) { return board(u, v) >> 4; }), "10 or 12 bits at the lower end of 16");
+  expect_words(sketch_of([](int u, int v) { return board(u, v) / 7; }), "too dark");
+  expect_words(sketch_of([](int u, int v) { return board(u, v) == 210 ? 255 : 90; }), "50 % of the image is saturated");
+  expect_words(sketch_of([](int, int) { return 120; }), "little contrast");
+  expect_words(sketch_of(board), "looks sound (grey levels 40 to 210)");
+  EXPECT_EQ(ImageSketch().diagnosis(), "");
+}
+
+// Red, green; green, blue of a scene with a colour cast.
+TEST(ImageSketch, KnowsAMosaicFromNoise) {
+  expect_words(sketch_of([](int u, int v) {
+                 const int gain = u % 2 == 0 && v % 2 == 0 ? 55 : u % 2 == 1 && v % 2 == 1 ? 40 : 100;
+                 return board(u, v) * gain / 100;
+               }), "mosaic of a colour sensor");
+  std::mt19937 random(1);
+  expect_words(sketch_of([&](int u, int v) { return board(u, v) - 30 + static_cast<int>(random() % 60); }), "looks sound");
+}
+
+TEST(ImageSketch, LevelsAndDifferencesAreThoseOfTheImage) {
+  const ImageSketch ramp = sketch_of([](int u, int) { return u % 256; });
+  EXPECT_EQ(ramp.level(1000), 255);
+  EXPECT_LE(ramp.level(10), 2);
+  const ImageSketch stripes = sketch_of([](int u, int) { return u % 2 == 0 ? 10 : 110; });
+  EXPECT_EQ(stripes.neighbours(), 100);
+  EXPECT_EQ(stripes.second_neighbours(), 0);
+}
+
+}  // namespace
+}  // namespace srd
