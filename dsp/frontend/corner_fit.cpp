@@ -171,6 +171,15 @@ std::int64_t deviation_q12(const Ldl& solver, const State& state, std::int64_t r
   return shift_rounded(spread_q20 * clamp(root_q16, 1 << 22) / det, 10);
 }
 
+// A soft edge wants a window that sees both its sides: 2.8 blurs each way, at most 8/5 of the window that is asked for.
+int window_for(const GrayView& image, int cu, int cv, std::int32_t blur_q12, int half_window) {
+  const int least = std::clamp(half_window, kLeastHalfWindow, kMostHalfWindow);
+  const int most = std::min(least * 8 / 5, kMostHalfWindow);
+  const int wanted = (std::min(blur_q12, 16 * 4096) * 14 / 5 + 4095) >> 12;
+  const int w = std::clamp(wanted, least, most);
+  return image.contains(cu, cv, w) ? w : least;
+}
+
 // From the move columns: what moves the model on even rows to one side and on odd rows to the other. The rows' own noise is what
 // neither explains.
 float rows_apart(const GrayView& image, int cu, int cv, int w, const State& state, const Sharpening& sharpening) {
@@ -207,8 +216,8 @@ float rows_apart(const GrayView& image, int cu, int cv, int w, const State& stat
 }  // namespace
 
 bool fit_corner(const GrayView& image, const CornerShape& start, const CornerFitOptions& options, CornerFit& fit) {
-  const int w = std::clamp(options.half_window, kLeastHalfWindow, kMostHalfWindow);
   const int cu = start.u.round(), cv = start.v.round();
+  const int w = window_for(image, cu, cv, start.blur_q12, options.half_window);
   if (!image.contains(cu, cv, w)) return false;
   const CornerWindow& window = corner_window(w);
   std::array<std::uint8_t, CornerWindow::kRoom> pixels;

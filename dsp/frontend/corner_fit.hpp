@@ -37,7 +37,7 @@ struct Sharpening {
 };
 
 struct CornerFitOptions {
-  int half_window = 5;         // px, 3..8: (2w+1)^2 pixels are used; the next edge should lie w + 2 blur away
+  int half_window = 5;         // px, 3..8, and up to 8/5 of it at 2.8 blurs of the start; the next edge should lie w + 2 blur away
   int max_iterations = 12;
   int min_contrast = 8;        // half difference of bright and dark, grey levels
   int max_residual_percent = 35;  // rms of the residual against the contrast

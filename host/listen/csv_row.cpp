@@ -63,28 +63,13 @@ double height_at_centre(const proto::CoefficientFrame& frame) {
                                            static_cast<double>(frame.centre_y_mm));
 }
 
-void append_csv_row(const proto::BootId& from, std::uint64_t sequence, const proto::CoefficientFrame& frame,
-                    std::string& out) {
-  out += from.node.view();
-  out += "," + boot_text(from.boot);
-  append_cell(out, sequence);
-  append_cell(out, frame.stamp.sensor_time_ns);
-  out += std::string(",") + to_string(frame.stamp.clock);
-  append_known(out, frame.stamp.wall_time_ns);
-  append_known(out, frame.stamp.wall_uncertainty_ns);
-  out += std::string(",") + to_string(frame.status);
-  append_cell(out, frame.corners_expected);
-  append_cell(out, frame.corners_found);
-  append_cell(out, frame.corners_used);
+namespace {
+
+// From the height on, empty without a surface.
+void append_surface(const proto::CoefficientFrame& frame, std::string& out) {
   const auto n = static_cast<std::size_t>(frame.model.modes.size());
-  if (frame.has_surface())
-    append_cell(out, frame.mean_error);
-  else
-    out += ',';
-  out += std::string(",") + proto::to_string(frame.metric);
   if (!frame.has_surface()) {
     out.append(1 + 2 * n, ',');
-    out += '\n';
     return;
   }
   append_cell(out, static_cast<float>(height_at_centre(frame)));
@@ -94,6 +79,29 @@ void append_csv_row(const proto::BootId& from, std::uint64_t sequence, const pro
     out.append(n, ',');
   else
     for (const double sd : deviations) append_cell(out, sd, std::chars_format::general, 4);
+}
+
+}  // namespace
+
+void append_csv_row(const proto::BootId& from, std::uint64_t sequence, const proto::CoefficientFrame& frame,
+                    std::string& out) {
+  out += from.node.view();
+  out += "," + boot_text(from.boot);
+  append_cell(out, sequence);
+  append_cell(out, frame.stamp.sensor_time_ns);
+  out += std::string(",") + to_string(frame.stamp.clock);
+  out += std::string(",") + to_string(frame.status);
+  append_cell(out, frame.corners_expected);
+  append_cell(out, frame.corners_found);
+  append_cell(out, frame.corners_used);
+  if (frame.has_surface())
+    append_cell(out, frame.mean_error);
+  else
+    out += ',';
+  out += std::string(",") + proto::to_string(frame.metric);
+  append_surface(frame, out);
+  append_known(out, frame.stamp.wall_time_ns);
+  append_known(out, frame.stamp.wall_uncertainty_ns);
   out += '\n';
 }
 

@@ -70,14 +70,14 @@ std::string series_csv(const RunPlan& plan, const RunResult& result) {
     const bool good = frame.has_surface();
     const dsp::Estimate<double>& e = frame.estimate;
     text += std::string(kNode) + "," + boot_text(0) + "," + std::to_string(frame.sequence) + "," + std::to_string(frame.time_ns) + "," +
-            clock + ",,," + frame.status + "," + std::to_string(frame.expected) + "," + std::to_string(frame.found) +
+            clock + "," + frame.status + "," + std::to_string(frame.expected) + "," + std::to_string(frame.found) +
             "," + std::to_string(good ? e.corners_used : 0) + "," + (good ? fixed(e.mean_error, 7) : "") + "," +
             metric_name(plan) + "," +
             (good ? fixed(plan.model.height(e.coefficients, pattern.x_centre(), pattern.y_centre()), 6) : "");
     for (int j = 0; j < plan.model.modes.size(); ++j) text += "," + (good ? fixed(e.coefficients[j], 6) : "");
     for (int j = 0; j < plan.model.modes.size(); ++j)
       text += "," + (good && j < e.standard_deviation.size() ? fixed(e.standard_deviation[j], 6) : "");
-    text += "\n";
+    text += ",,\n";  // no wall time
   }
   return text;
 }

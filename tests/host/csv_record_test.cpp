@@ -88,12 +88,12 @@ TEST(CsvRecord, WritesTheColumnsThatProgramsAgreeOn) {
   unsure.information.size = 0;
   write(*record, 9, unsure);
   EXPECT_EQ(text_of(folder.path / "run.csv"),
-            "node,boot,sequence,time_ns,clock,wall_time_ns,wall_uncertainty_ns,status,n_expected,n_found,n_used,mean_error,metric,"
-            "height_mm,A00,B,C,sd_A00,sd_B,sd_C\n"
-            "cam-1,bffffffffffffffff,7,1700000000123456789,realtime,1790000000123456789,1234,ok,100,90,80,0.0625,reprojection,"
-            "81.25,80.25,2,0,0.01,0.01,0.01\n"
-            "cam-1,bffffffffffffffff,8,1700000000123456789,realtime,,,lost,100,90,80,,reprojection,,,,,,,\n"
-            "cam-1,bffffffffffffffff,9,1700000000123456789,realtime,,,ok,100,90,80,0.0625,reprojection,81,80,2,0,,,\n");
+            "node,boot,sequence,time_ns,clock,status,n_expected,n_found,n_used,mean_error,metric,height_mm,A00,B,C,sd_A00,sd_B,"
+            "sd_C,wall_time_ns,wall_uncertainty_ns\n"
+            "cam-1,bffffffffffffffff,7,1700000000123456789,realtime,ok,100,90,80,0.0625,reprojection,81.25,80.25,2,0,0.01,0.01,"
+            "0.01,1790000000123456789,1234\n"
+            "cam-1,bffffffffffffffff,8,1700000000123456789,realtime,lost,100,90,80,,reprojection,,,,,,,,,\n"
+            "cam-1,bffffffffffffffff,9,1700000000123456789,realtime,ok,100,90,80,0.0625,reprojection,81,80,2,0,,,,,\n");
   const auto table = CsvTable::read(folder.path / "run.csv");
   ASSERT_TRUE(table.ok());
   EXPECT_TRUE(std::isnan(table->numbers("A00").value()[1]));

@@ -148,7 +148,8 @@ TEST(OpenSrdResults, SavedFeaturesOfADialectComeBackInChronologicalOrder) {
 TEST(OpenSrdResults, ImagesAreInNaturalOrder) {
   const ScratchFolder folder;
   for (const char* name : {"f10.png", "f9.PNG", "f100.bmp", "notes.txt", "f1.png"}) folder.write(name, "");
-  const auto files = image_files(folder.path());
+  std::vector<std::string> notes;
+  const auto files = image_files(folder.path(), notes);
   ASSERT_TRUE(files);
   std::vector<std::string> names;
   for (const auto& file : *files) names.push_back(file.filename().string());
