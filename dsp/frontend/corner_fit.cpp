@@ -251,7 +251,8 @@ bool fit_corner(const GrayView& image, const CornerShape& start, const CornerFit
     if (std::abs(state.x - start_x) > max_travel || std::abs(state.y - start_y) > max_travel) return false;
     // The corner must stay well inside its window, or half the edges are not seen.
     if (std::abs(state.x) > ((w - 1) << 16) || std::abs(state.y) > ((w - 1) << 16)) return false;
-    if (converged(step, state.blur >= kSmoothBlur)) break;
+    // Between pixels a step may go to and fro for ever: what it has come to then is as good as it gets.
+    if (converged(step, state.blur >= kSmoothBlur || iteration > kPatience)) break;
   }
   if (iteration == options.max_iterations) return false;
   if (std::abs(cross_q14(state.n1, state.n2)) < (1 << 14) / 4) return false;

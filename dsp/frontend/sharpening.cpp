@@ -11,7 +11,8 @@ constexpr std::size_t kMostStarts = 64;
 
 // What the model leaves of the better three quarters of the starts' corners: squares of the residual over the contrast, Q24. A
 // start that gives no corner counts as much as the worst that would be one.
-std::int64_t left_over(const GrayView& image, std::span<const CornerShape> starts, const CornerFitOptions& options) {
+std::int64_t left_over(const GrayView& image, std::span<const CornerShape> starts, const CornerFitOptions& options,
+                       std::int64_t& of_all) {
   const std::int64_t worst = (options.max_residual_percent << 12) / 100;
   std::array<std::int64_t, kMostStarts> parts{};
   std::size_t n = 0;
@@ -24,7 +25,11 @@ std::int64_t left_over(const GrayView& image, std::span<const CornerShape> start
   }
   std::sort(parts.begin(), parts.begin() + static_cast<std::ptrdiff_t>(n));
   std::int64_t sum = 0;
-  for (std::size_t i = 0; i < (3 * n + 3) / 4; ++i) sum += parts[i];
+  of_all = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    of_all += parts[i];
+    if (i < (3 * n + 3) / 4) sum += parts[i];
+  }
   return sum;
 }
 
@@ -34,14 +39,17 @@ Sharpening measure_sharpening(const GrayView& image, std::span<const CornerShape
   starts = starts.first(std::min(starts.size(), kMostStarts));
   CornerFitOptions trial = options;
   trial.sharpening = {};
-  const std::int64_t without = left_over(image, starts, trial);
+  std::int64_t without_all = 0, least_all = 0;
+  const std::int64_t without = left_over(image, starts, trial, without_all);
   Sharpening best;
   std::int64_t least = without;
   const auto attempt = [&](std::int32_t amount_q12, std::int32_t radius_q12) {
     trial.sharpening = {std::clamp(amount_q12, 0, Sharpening::kMostAmountQ12), std::clamp(radius_q12, 2048, 4 * 4096)};
-    const std::int64_t left = left_over(image, starts, trial);
+    std::int64_t all = 0;
+    const std::int64_t left = left_over(image, starts, trial, all);
     if (left >= least) return;
     least = left;
+    least_all = all;
     best = trial.sharpening;
   };
   constexpr std::array<std::int32_t, 4> kAmounts{4096 * 3 / 10, 4096 * 6 / 10, 4096 * 11 / 10, 4096 * 18 / 10};
@@ -67,9 +75,11 @@ Sharpening measure_sharpening(const GrayView& image, std::span<const CornerShape
       if (best == from) break;
     }
   }
-  // A print's own faults are explained a little by anything.
+  // A print's own faults are explained a little by anything. Corners that do not fit at all without it speak for it, too.
   constexpr int kLeastGainPercent = 5;
-  return least * 100 > without * (100 - kLeastGainPercent) ? Sharpening{} : best;
+  const bool explains = least * 100 <= without * (100 - kLeastGainPercent);
+  const bool finds = least_all * 100 <= without_all * (100 - kLeastGainPercent);
+  return explains || finds ? best : Sharpening{};
 }
 
 }  // namespace srd::dsp

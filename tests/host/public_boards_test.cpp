@@ -77,7 +77,8 @@ TEST_F(PublicBoards, ABoardOfKnownSizeIsFoundWhole) {
   };
   for (const Case& at : {Case{"opencv-left05-54-corners.jpg", {9, 6}}, Case{"opencv-left06-crop-54-corners.png", {9, 6}},
                          Case{"gloworm-960x720-48-corners.jpg", {6, 8}}, Case{"underwater-0048-48-corners.png", {6, 8}},
-                         Case{"underwater-0049-48-corners.png", {6, 8}}}) {
+                         Case{"underwater-0049-48-corners.png", {6, 8}}, Case{"picam-640x480-49-corners.jpg", {7, 7}},
+                         Case{"picam-320x240-49-corners.jpg", {7, 7}}, Case{"lifecam-blurred-100-corners.png", {10, 10}}}) {
     SCOPED_TRACE(at.name);
     const GrayImage image = read(at.name);
     const auto corners = opensrd::find_board_corners(image.view(), at.board, {5, 200, 8}, at.name);
