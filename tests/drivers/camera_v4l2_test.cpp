@@ -283,8 +283,9 @@ TEST(V4l2Camera, StampsThatCannotBeTrueAreReplacedByTheArrivalAndCounted) {
   expect_times([](std::uint64_t n, std::int64_t now) { return n == 10 ? now - 100'000'000 : now; },
                [](std::uint64_t n) { return n == 10; }, "runs back once");
   expect_times([](auto, std::int64_t now) { return now - 100 * kSecond; }, all, "negative");
-  expect_times([](std::uint64_t n, std::int64_t now) { return n % 3 == 1 ? now + 1'000'000 : now; },
+  expect_times([](std::uint64_t n, std::int64_t now) { return n % 3 == 1 ? now + 100'000'000 : now; },
                [](std::uint64_t n) { return n % 3 == 1; }, "in the future");
+  expect_times([](auto, std::int64_t now) { return now + 1'000'000; }, none, "the end of a frame, computed ahead of it");
   expect_times([](auto, std::int64_t now) { return now + 1'700'000'000 * kSecond; }, all, "of the wall clock");
 }
 
