@@ -108,7 +108,6 @@ struct Part {
     if (x.whole != y.whole) return x.whole <=> y.whole;
     return x.fraction <=> y.fraction;
   }
-  friend bool operator==(const Part& a, const Part& b) { return (a <=> b) == std::strong_ordering::equal; }
 };
 
 using Parts = std::vector<Part>;
