@@ -34,11 +34,13 @@ std::span<const CornerFit> CornerDetector::detect(const GrayView& image, const D
   find_maxima(image, options);
   keep_distant(options.min_distance);
   CornerFitOptions fit_options = options.fit;
+  const int maxima_left_out = overflow_;
   fit_maxima(image, options, fit_options);
   if (options.measure_sharpening && may_be_sharpened()) {
     const Sharpening measured = measure_sharpening(image, {starts_.data(), start_count_}, fit_options);
     if (measured != fit_options.sharpening) {
       fit_options.sharpening = measured;
+      overflow_ = maxima_left_out;
       fit_maxima(image, options, fit_options);
     }
   }

@@ -11,6 +11,15 @@
 
 namespace srd::dsp {
 
+// (row, column) after quarter turns, each from the columns' direction to the rows'.
+inline void turn_cell(int turns, int& row, int& column) {
+  for (int k = turns & 3; k > 0; --k) {
+    const int r = row;
+    row = column;
+    column = -r;
+  }
+}
+
 class CornerLattice {
  public:
   static constexpr int kMostPieces = 64;

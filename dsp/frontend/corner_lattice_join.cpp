@@ -13,15 +13,6 @@ constexpr float kMapsDiffer = 0.5f;   // of a step, between the steps of two pie
 constexpr int kVotes = 3;
 constexpr float kAgree = 0.75f;       // of all votes, by weight
 
-// (row, column) after quarter turns, each from the columns' direction to the rows'.
-void turn_cell(int turns, int& row, int& column) {
-  for (int k = turns & 3; k > 0; --k) {
-    const int r = row;
-    row = column;
-    column = -r;
-  }
-}
-
 }  // namespace
 
 bool CornerLattice::join(const CornerLinks& links) {

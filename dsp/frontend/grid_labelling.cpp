@@ -11,15 +11,6 @@ constexpr std::size_t kMostCells = 4;  // of a grid, a corner announced: more is
 // A corner left out of the board speaks against it by half of what one in it speaks for it.
 constexpr float kLeftOut = 0.5f;
 
-// (row, column) after a quarter turn from the columns' direction to the rows'.
-void turn_cell(int turns, int& row, int& column) {
-  for (; turns > 0; --turns) {
-    const int r = row;
-    row = column;
-    column = -r;
-  }
-}
-
 }  // namespace
 
 GridLabeller::GridLabeller(int max_corners)

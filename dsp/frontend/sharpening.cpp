@@ -10,7 +10,7 @@ namespace {
 constexpr std::size_t kMostStarts = 64;
 
 // What the model leaves of the better three quarters of the starts' corners: squares of the residual over the contrast, Q24. A
-// start that gives no corner counts as much as the worst that would be one.
+// start that gives no corner counts as much as the worst that would be one. of_all: the same of all starts.
 std::int64_t left_over(const GrayView& image, std::span<const CornerShape> starts, const CornerFitOptions& options,
                        std::int64_t& of_all) {
   const std::int64_t worst = (options.max_residual_percent << 12) / 100;

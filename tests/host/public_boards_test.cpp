@@ -140,7 +140,7 @@ TEST_F(PublicBoards, ThreeBoardsAreThreeGrids) {
   }
 }
 
-// Clutter round the board, as listed by eye, u and v.
+// Corners beside the board that the detector finds in this image, u and v.
 TEST_F(PublicBoards, ClutterOfABrokenWaterSurfaceDoesNotJoin) {
   const GrayImage image = read("ripple-calm.png");
   dsp::BoardFinder finder(image.width, image.height, 4000);
