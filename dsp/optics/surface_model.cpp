@@ -52,4 +52,7 @@ int ModeList::index_of(Mode mode) const {
   return -1;
 }
 
+template struct SurfaceModel<float>;
+template struct SurfaceModel<double>;
+
 }  // namespace srd::dsp

@@ -94,42 +94,7 @@ struct SurfaceModel {
   void basis(S x, S y, Basis<S>& out) const { (void)evaluate(nullptr, x, y, &out); }
 
   // Both at once: the sample of a and the basis.
-  SurfaceSample<S> evaluate(const Coefficients<S>* a, S x, S y, Basis<S>* out) const {
-    // Every mode is a product f(X) g(Y): harmonics 0 to 9 and, last, the straight line.
-    Factors fx, fy;
-    fill(S(M_PI) / lx, x - x0, modes.highest_x(), fx);
-    fill(S(M_PI) / ly, y - y0, modes.highest_y(), fy);
-    fx[kLine] = {(x - x0) / lx, 1 / lx, 0};
-    fy[kLine] = {(y - y0) / ly, 1 / ly, 0};
-    SurfaceSample<S> sum;
-    const int n_modes = modes.size();
-    if (out != nullptr) {
-      out->value.resize(n_modes);
-      out->dx.resize(n_modes);
-      out->dy.resize(n_modes);
-    }
-    for (int j = 0; j < n_modes; ++j) {
-      const Mode& mode = modes[j];
-      const Factor& f = fx[mode.kind == Mode::Kind::kSlopeX ? kLine : mode.m];
-      const Factor& g = fy[mode.kind == Mode::Kind::kSlopeY ? kLine : mode.n];
-      const S v = f.value * g.value, vx = f.slope * g.value, vy = f.value * g.slope;
-      if (a != nullptr) {
-        const S aj = (*a)[j];
-        sum.z += aj * v;
-        sum.zx += aj * vx;
-        sum.zy += aj * vy;
-        sum.zxx += aj * (f.curvature * g.value);
-        sum.zxy += aj * (f.slope * g.slope);
-        sum.zyy += aj * (f.value * g.curvature);
-      }
-      if (out != nullptr) {
-        out->value[j] = v;
-        out->dx[j] = vx;
-        out->dy[j] = vy;
-      }
-    }
-    return sum;
-  }
+  SurfaceSample<S> evaluate(const Coefficients<S>* a, S x, S y, Basis<S>* out) const;
 
  private:
   struct Factor {
@@ -139,20 +104,64 @@ struct SurfaceModel {
   using Factors = std::array<Factor, kLine + 1>;
 
   // cos of 0, 1, .. highest times wave_number distance and its derivatives, by the addition theorem.
-  static void fill(S wave_number, S distance, int highest, Factors& factors) {
-    factors[0] = {1, 0, 0};
-    if (highest == 0) return;
-    S c1, s1;
-    sin_cos(wave_number * distance, s1, c1);
-    S c = 1, s = 0;
-    for (int i = 1; i <= highest; ++i) {
-      const S next = c * c1 - s * s1;
-      s = s * c1 + c * s1;
-      c = next;
-      const S w = wave_number * static_cast<S>(i);
-      factors[static_cast<std::size_t>(i)] = {c, -w * s, -w * w * c};
+  static void fill(S wave_number, S distance, int highest, Factors& factors);
+};
+
+template <class S>
+SurfaceSample<S> SurfaceModel<S>::evaluate(const Coefficients<S>* a, S x, S y, Basis<S>* out) const {
+  // Every mode is a product f(X) g(Y): harmonics 0 to 9 and, last, the straight line.
+  Factors fx, fy;
+  fill(S(M_PI) / lx, x - x0, modes.highest_x(), fx);
+  fill(S(M_PI) / ly, y - y0, modes.highest_y(), fy);
+  fx[kLine] = {(x - x0) / lx, 1 / lx, 0};
+  fy[kLine] = {(y - y0) / ly, 1 / ly, 0};
+  SurfaceSample<S> sum;
+  const int n_modes = modes.size();
+  if (out != nullptr) {
+    out->value.resize(n_modes);
+    out->dx.resize(n_modes);
+    out->dy.resize(n_modes);
+  }
+  for (int j = 0; j < n_modes; ++j) {
+    const Mode& mode = modes[j];
+    const Factor& f = fx[mode.kind == Mode::Kind::kSlopeX ? kLine : mode.m];
+    const Factor& g = fy[mode.kind == Mode::Kind::kSlopeY ? kLine : mode.n];
+    const S v = f.value * g.value, vx = f.slope * g.value, vy = f.value * g.slope;
+    if (a != nullptr) {
+      const S aj = (*a)[j];
+      sum.z += aj * v;
+      sum.zx += aj * vx;
+      sum.zy += aj * vy;
+      sum.zxx += aj * (f.curvature * g.value);
+      sum.zxy += aj * (f.slope * g.slope);
+      sum.zyy += aj * (f.value * g.curvature);
+    }
+    if (out != nullptr) {
+      out->value[j] = v;
+      out->dx[j] = vx;
+      out->dy[j] = vy;
     }
   }
-};
+  return sum;
+}
+
+template <class S>
+void SurfaceModel<S>::fill(S wave_number, S distance, int highest, Factors& factors) {
+  factors[0] = {1, 0, 0};
+  if (highest == 0) return;
+  S c1, s1;
+  sin_cos(wave_number * distance, s1, c1);
+  S c = 1, s = 0;
+  for (int i = 1; i <= highest; ++i) {
+    const S next = c * c1 - s * s1;
+    s = s * c1 + c * s1;
+    c = next;
+    const S w = wave_number * static_cast<S>(i);
+    factors[static_cast<std::size_t>(i)] = {c, -w * s, -w * w * c};
+  }
+}
+
+extern template struct SurfaceModel<float>;
+extern template struct SurfaceModel<double>;
 
 }  // namespace srd::dsp

@@ -13,43 +13,10 @@ namespace srd::dsp {
 template <class S>
 class Predictor {
  public:
-  Predictor(const View<S>& view, const SurfaceModel<S>& model, const Media<S>& media, std::span<const Vec3<S>> points)
-      : view_(view), media_(media), model_(model), wide_view_(view.template cast<T>()),
-        optics_(Optics<T>::make(model, media)), points_(points.begin(), points.end()), predictions_(points.size()),
-        valid_(points.size(), 0), groups_((points.size() + T::kSize - 1) / T::kSize) {
-    const Vec3<S> centre = view.pose.centre();
-    for (std::size_t i = 0; i < groups_.size() * T::kSize; ++i) {
-      const Vec3<S>& f = points_[i < points_.size() ? i : points_.size() - 1];
-      SightLine<T>& line = groups_[i / T::kSize].line;
-      const int lane = static_cast<int>(i % T::kSize);
-      const Vec3<S> to_camera = centre - f, in_camera = view.pose.rotation * f + view.pose.translation;
-      for (int k = 0; k < 3; ++k) {
-        line.point[k].set(lane, f[k]);
-        line.camera_from_point[k].set(lane, to_camera[k]);
-        line.point_in_camera[k].set(lane, in_camera[k]);
-      }
-    }
-  }
+  Predictor(const View<S>& view, const SurfaceModel<S>& model, const Media<S>& media, std::span<const Vec3<S>> points);
 
   // All points through the surface a. Those that cannot be seen through it are marked.
-  void predict(const Coefficients<S>& a) {
-    Coefficients<T> wide(a.size());
-    for (Eigen::Index i = 0; i < a.size(); ++i) wide[i] = T(a[i]);
-    for (std::size_t g = 0; g < groups_.size(); ++g) {
-      Group& group = groups_[g];
-      group.line.view = &wide_view_;
-      if (!group.started) start(a, group.line);
-      Sighting<T> seen;
-      group.started = sight(optics_, wide, group.line, static_cast<Basis<T>*>(nullptr), true, seen);
-      const std::size_t first = g * T::kSize, last = std::min(first + T::kSize, points_.size());
-      for (std::size_t i = first; i < last; ++i)
-        valid_[i] = group.started ? take(seen, group.line, static_cast<int>(i - first), predictions_[i]) : alone(a, i);
-    }
-  }
-  void forget() {
-    for (Group& group : groups_) group.started = false;
-    std::fill(valid_.begin(), valid_.end(), char{0});
-  }
+  void predict(const Coefficients<S>& a);
 
   [[nodiscard]] bool valid(std::size_t point) const { return valid_[point] != 0; }
   [[nodiscard]] const Prediction<S>& operator[](std::size_t point) const { return predictions_[point]; }
@@ -62,31 +29,11 @@ class Predictor {
   };
 
   // As if the light went straight on to the level of the constant mode.
-  void start(const Coefficients<S>& a, SightLine<T>& line) const {
-    const int constant = model_.modes.index_of(Mode{});
-    const T level(constant >= 0 ? a[constant] : model_.height(a, points_[0].x(), points_[0].y()));
-    const T part = (level - line.point.z()) / line.camera_from_point.z();
-    line.foot = Vec2<T>(part * line.camera_from_point.x(), part * line.camera_from_point.y());
-  }
+  void start(const Coefficients<S>& a, SightLine<T>& line) const;
   // Pixels beyond the range of the front end's fixed point are nowhere near an image.
-  [[nodiscard]] static char take(const Sighting<T>& seen, const SightLine<T>& line, int lane, Prediction<S>& out) {
-    for (int r = 0; r < 2; ++r) {
-      out.normalised[r] = seen.seen[r][lane];
-      out.pixel[r] = seen.pixel[r][lane];
-      out.foot[r] = line.foot[r][lane];
-      for (int c = 0; c < 2; ++c) out.pixel_per_mm(r, c) = seen.pixel_point(r, c)[lane];
-    }
-    return out.pixel.cwiseAbs().maxCoeff() < S(100000) && out.pixel_per_mm.allFinite() ? 1 : 0;
-  }
+  [[nodiscard]] static char take(const Sighting<T>& seen, const SightLine<T>& line, int lane, Prediction<S>& out);
   // Where one point of a group cannot be seen, the others still may.
-  [[nodiscard]] char alone(const Coefficients<S>& a, std::size_t i) {
-    const Result<Vec2<S>> direct = view_.normalised(points_[i]);
-    if (!direct) return 0;
-    const Result<Prediction<S>> p = dsp::predict(view_, model_, a, media_, points_[i], *direct);
-    if (!p) return 0;
-    predictions_[i] = *p;
-    return 1;
-  }
+  [[nodiscard]] char alone(const Coefficients<S>& a, std::size_t i);
 
   View<S> view_;
   Media<S> media_;
@@ -98,5 +45,8 @@ class Predictor {
   std::vector<char> valid_;
   std::vector<Group> groups_;
 };
+
+extern template class Predictor<float>;
+extern template class Predictor<double>;
 
 }  // namespace srd::dsp

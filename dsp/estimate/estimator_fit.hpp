@@ -1,18 +1,19 @@
-#include "dsp/estimate/estimator.hpp"
+// The members of SurfaceEstimator, which estimator_float.cpp and estimator_double.cpp compile side by side.
+#pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "dsp/estimate/corner_problem.hpp"
+#include "dsp/estimate/estimator.hpp"
 #include "dsp/estimate/robust_fit.hpp"
 
 namespace srd::dsp {
-namespace {
 
-constexpr double kHeldDeviation = 1e-4;  // mm, stated for a coefficient that equal bounds hold
+inline constexpr double kHeldDeviation = 1e-4;  // mm, stated for a coefficient that equal bounds hold
 
-[[nodiscard]] bool valid_bounds(const EstimatorOptions& options, std::size_t n) {
+[[nodiscard]] inline bool valid_bounds(const EstimatorOptions& options, std::size_t n) {
   for (const std::vector<double>* list : {&options.scale, &options.lower, &options.upper}) {
     if (!list->empty() && list->size() != n) return false;
     for (const double x : *list)
@@ -44,10 +45,10 @@ template <class S>
   return true;
 }
 
-constexpr double kIndexScale = 0.01;  // of water, where coefficients have scales
+inline constexpr double kIndexScale = 0.01;  // of water, where coefficients have scales
 
 // One more number for the index of water. others: of the coefficients where none are given; NaN: leave the list empty.
-void append(double last, double others, Eigen::Index modes, Coefficients<double>& list) {
+inline void append_parameter(double last, double others, Eigen::Index modes, Coefficients<double>& list) {
   if (list.size() == 0) {
     if (std::isnan(others)) return;
     list.setConstant(modes, others);
@@ -56,13 +57,11 @@ void append(double last, double others, Eigen::Index modes, Coefficients<double>
   list[modes] = last;
 }
 
-[[nodiscard]] Coefficients<double> as_coefficients(const std::vector<double>& list) {
+[[nodiscard]] inline Coefficients<double> as_coefficients(const std::vector<double>& list) {
   Coefficients<double> out(static_cast<Eigen::Index>(list.size()));
   std::copy(list.begin(), list.end(), out.data());
   return out;
 }
-
-}  // namespace
 
 template <class S>
 Result<SurfaceEstimator<S>> SurfaceEstimator<S>::make(const SurfaceModel<S>& model, const Media<S>& media,
@@ -89,9 +88,9 @@ Result<SurfaceEstimator<S>> SurfaceEstimator<S>::make(const SurfaceModel<S>& mod
   const Eigen::Index modes = model.modes.size();
   if (options.free_index) {
     constexpr double kFar = std::numeric_limits<double>::infinity();
-    append(kIndexScale, std::numeric_limits<double>::quiet_NaN(), modes, out.solver_.scale);
-    append(options.index_lower, -kFar, modes, out.solver_.lower);
-    append(options.index_upper, kFar, modes, out.solver_.upper);
+    append_parameter(kIndexScale, std::numeric_limits<double>::quiet_NaN(), modes, out.solver_.scale);
+    append_parameter(options.index_lower, -kFar, modes, out.solver_.lower);
+    append_parameter(options.index_upper, kFar, modes, out.solver_.upper);
     out.index_most_deviation_ = options.index_most_deviation;
   }
   out.solver_.deadline = options.deadline;
@@ -322,8 +321,5 @@ Estimate<S> SurfaceEstimator<S>::estimate(std::span<const CameraObservations<S>>
   if (optics_.free_index && !failed(out.stop)) media_.water = out.index;
   return out;
 }
-
-template class SurfaceEstimator<float>;
-template class SurfaceEstimator<double>;
 
 }  // namespace srd::dsp

@@ -1,0 +1,7 @@
+#include "dsp/estimate/estimator_fit.hpp"
+
+namespace srd::dsp {
+
+template class SurfaceEstimator<double>;
+
+}  // namespace srd::dsp

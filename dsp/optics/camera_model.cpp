@@ -1,0 +1,8 @@
+#include "dsp/optics/camera_model.hpp"
+
+namespace srd::dsp {
+
+template class CameraModel<float>;
+template class CameraModel<double>;
+
+}  // namespace srd::dsp
