@@ -40,6 +40,10 @@ struct CameraCounters {
   }
 };
 
+[[nodiscard]] inline std::uint64_t value_of(const std::atomic<std::uint64_t>& counter) noexcept {
+  return counter.load(std::memory_order_relaxed);
+}
+
 inline void count_one(std::atomic<std::uint64_t>& counter) noexcept {
   counter.fetch_add(1, std::memory_order_relaxed);
 }

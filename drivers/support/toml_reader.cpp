@@ -10,12 +10,6 @@ namespace srd {
 
 namespace {
 
-struct Document {
-  toml::table table;
-  std::string name;
-  std::vector<std::string> problems;
-};
-
 std::string shown(const toml::node& node) {
   // toml++ casts a NaN to a whole number on its way to text, which is undefined.
   if (node.is_floating_point() && !std::isfinite(*node.value<double>()))
@@ -54,6 +48,11 @@ std::string range_text(const NumberRange& range, const std::string& kind) {
 }
 
 struct TomlTable::Node {
+  struct Document {
+    toml::table table;
+    std::string name;
+    std::vector<std::string> problems;
+  };
   std::shared_ptr<Document> document;
   const toml::table* table = nullptr;  // null: absent in the file
   std::string path;                    // "camera.", for messages
@@ -257,7 +256,7 @@ Outcome<TomlFile> TomlFile::parse(std::string_view text, const std::string& name
   }
   TomlFile file;
   file.root_.node_ = std::make_shared<TomlTable::Node>();
-  file.root_.node_->document = std::make_shared<Document>(Document{std::move(parsed), name, {}});
+  file.root_.node_->document = std::make_shared<TomlTable::Node::Document>(TomlTable::Node::Document{std::move(parsed), name, {}});
   file.root_.node_->table = &file.root_.node_->document->table;
   return file;
 }

@@ -32,8 +32,6 @@ std::uint64_t random_boot() {
   return boot;
 }
 
-std::uint64_t value(const std::atomic<std::uint64_t>& counter) { return counter.load(std::memory_order_relaxed); }
-
 Outcome<void> start_camera(const NodeConfig& config, Instrument& instrument) {
   Camera& camera = *instrument.camera;
   if (auto started = camera.start(); !started) return started.error();
@@ -170,19 +168,19 @@ class NodeRun {
   RunReport report() {
     RunReport report;
     const FrameCounters& counters = loop_.counters();
-    report.captured = value(counters.captured);
-    report.records = value(counters.records);
-    report.surfaces = value(counters.surfaces);
-    report.acquired = value(counters.acquired);
-    report.lost_tracks = value(counters.lost_tracks);
+    report.captured = value_of(counters.captured);
+    report.records = value_of(counters.records);
+    report.surfaces = value_of(counters.surfaces);
+    report.acquired = value_of(counters.acquired);
+    report.lost_tracks = value_of(counters.lost_tracks);
     if (report.records > 0 && report.surfaces == 0) report.without_surface = why_no_surface(loop_);
-    report.dropped_by_source = value(counters.dropped_by_source);
-    report.dropped_late = value(counters.dropped_late);
-    report.bad = value(counters.bad);
-    report.hurried = value(counters.hurried);
-    report.singular = value(counters.singular);
+    report.dropped_by_source = value_of(counters.dropped_by_source);
+    report.dropped_late = value_of(counters.dropped_late);
+    report.bad = value_of(counters.bad);
+    report.hurried = value_of(counters.hurried);
+    report.singular = value_of(counters.singular);
     report.singular_why = rank_text(loop_.last_singular(), tracker_.model().modes);
-    report.disconnects = value(counters.disconnects);
+    report.disconnects = value_of(counters.disconnects);
     report.camera_faults = camera_.faults().text();
     report.camera_last_words = camera_.last_words();
     report.minor_faults = loop_.capture_faults().minor() + loop_.process_faults().minor();
@@ -225,7 +223,7 @@ class NodeRun {
 
   // Once: how many it became is in the status and the report.
   void watch_stamps() {
-    if (said_stamps_ || value(camera_.faults().bad_stamps) == 0) return;
+    if (said_stamps_ || value_of(camera_.faults().bad_stamps) == 0) return;
     said_stamps_ = true;
     options_.say("note      the camera's driver gives times that cannot be true (standing still, running back, or in the "
                  "future): those frames carry the time at which they arrived\n");
@@ -260,10 +258,10 @@ class NodeRun {
     const Clock::time_point now = Clock::now();
     const FrameCounters& counters = loop_.counters();
     FrameWatchdog::Progress progress;
-    progress.frames = value(counters.records) + value(counters.dropped_late);
-    const std::uint64_t captured = value(counters.captured);
+    progress.frames = value_of(counters.records) + value_of(counters.dropped_late);
+    const std::uint64_t captured = value_of(counters.captured);
     progress.pending = captured - std::min(captured, progress.frames);
-    progress.calls = value(counters.calls);
+    progress.calls = value_of(counters.calls);
     progress.away = counters.away.load(std::memory_order_relaxed);
     if (watchdog_.due(now.time_since_epoch() / std::chrono::nanoseconds(1), progress)) service_.alive();
     if (now < next_status_) return;

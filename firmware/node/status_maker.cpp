@@ -7,17 +7,11 @@
 
 namespace srd::firmware {
 
-namespace {
-
-std::uint64_t value(const std::atomic<std::uint64_t>& counter) { return counter.load(std::memory_order_relaxed); }
-
-}  // namespace
-
 StatusMaker::StatusMaker(std::string_view version, const Restart& restart) {
   using Software = decltype(constant_.software);
-  using LastEnd = decltype(constant_.last_end);
+  using EndText = decltype(constant_.last_end);
   constant_.software = Software::make(version.substr(0, Software::kCapacity)).value_or(Software{});
-  constant_.last_end = LastEnd::make(std::string_view(restart.last_end).substr(0, LastEnd::kCapacity)).value_or(LastEnd{});
+  constant_.last_end = EndText::make(std::string_view(restart.last_end).substr(0, EndText::kCapacity)).value_or(EndText{});
   constant_.restarts = restart.restarts;
 }
 
@@ -27,18 +21,18 @@ proto::NodeStatus StatusMaker::make(const FrameLoop& loop, const FrameRecorder* 
   proto::NodeStatus status = constant_;
   status.state = stopping ? proto::NodeState::kStopping
                           : static_cast<proto::NodeState>(counters.state.load(std::memory_order_relaxed));
-  const std::uint64_t captured = value(counters.captured), records = value(counters.records);
+  const std::uint64_t captured = value_of(counters.captured), records = value_of(counters.records);
   status.capture_hz = static_cast<float>(static_cast<double>(captured - captured_) / seconds);
   status.record_hz = static_cast<float>(static_cast<double>(records - records_) / seconds);
   captured_ = captured;
   records_ = records;
-  status.dropped_by_source = value(counters.dropped_by_source);
-  status.dropped_late = value(counters.dropped_late);
-  status.dropped_bad = value(counters.bad);
-  status.disconnects = value(counters.disconnects);
+  status.dropped_by_source = value_of(counters.dropped_by_source);
+  status.dropped_late = value_of(counters.dropped_late);
+  status.dropped_bad = value_of(counters.bad);
+  status.disconnects = value_of(counters.disconnects);
   status.minor_faults = loop.capture_faults().minor() + loop.process_faults().minor();
   status.major_faults = loop.capture_faults().major() + loop.process_faults().major();
-  status.bad_stamps = value(loop.camera_faults().bad_stamps);
+  status.bad_stamps = value_of(loop.camera_faults().bad_stamps);
   if (strobe != nullptr) status.strobe_late = strobe->late();
   if (recorder != nullptr) {
     status.recording = recorder->stopped() ? proto::RecordState::kStopped : proto::RecordState::kRecording;

@@ -8,8 +8,6 @@ namespace srd::host {
 namespace {
 
 constexpr double kLegendAt = 46, kPanelsFrom = 52;
-constexpr Colour kBandColour = faded(kSky, 0.45);
-constexpr Stroke kEstimateStroke{kBlue, 1.0};
 
 }  // namespace
 

@@ -11,7 +11,6 @@ namespace srd::host {
 namespace {
 
 constexpr Stroke kErrorStroke{kBlue, 1.0};
-constexpr Colour kBandColour = faded(kSky, 0.45);
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr Rectangle kSurfaceArea{kLeftMargin, 78, kFigureWidth - kLeftMargin - kRightMargin, 120};
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "drivers/support/formatted.hpp"
 #include "host/plot/figures.hpp"
 #include "host/plot/mode_panels.hpp"
 #include "host/plot/palette.hpp"
@@ -11,16 +12,9 @@
 namespace srd::host {
 namespace {
 
-constexpr Stroke kEstimateStroke{kBlue, 1.0};
 constexpr Rectangle kSeriesArea{kLeftMargin, 78, kFigureWidth - kLeftMargin - kRightMargin, 170};
 constexpr Rectangle kSpectrumArea{kLeftMargin, 332, kFigureWidth - kLeftMargin - kRightMargin, 210};
 constexpr double kFigureHeight = 590;
-
-std::string number(const char* format, double value) {
-  std::array<char, 48> text{};
-  std::snprintf(text.data(), text.size(), format, value);
-  return text.data();
-}
 
 // Heights as the node sent them; where the file has none, from the coefficients.
 std::vector<double> height_series(const PlotInput& input) {
@@ -50,7 +44,7 @@ std::vector<double> true_heights(const PlotInput& input) {
 void draw_peak(Scene& scene, const Panel& panel, const Spectrum& spectrum, std::size_t peak) {
   const Place at = panel.at(spectrum.frequency_hz[peak], spectrum.amplitude[peak]);
   const std::string text =
-      number("%.3g Hz: ", spectrum.frequency_hz[peak]) + number("%.3g mm", spectrum.amplitude[peak]);
+      formatted("%.3g Hz: ", spectrum.frequency_hz[peak]) + formatted("%.3g mm", spectrum.amplitude[peak]);
   const bool left = at.x + 8 + text_width(text, 11) > panel.area.right();
   scene.add(Lines{.parts = {{at}}, .stroke = Stroke{kVermilion, 5}});
   scene.add(
@@ -127,10 +121,10 @@ std::optional<Figure> height_figure(const PlotInput& input) {
   figure.caption +=
       "The spectrum is one-sided: a sine of 1 mm shows as 1 mm at its frequency. Hann window, corrected for "
       "its gain; mean removed; samples every " +
-      number("%.4g", 1e3 * input.timeline.interval_s) + " ms; a line is " +
-      number("%.2g", spectrum.resolution_hz) + " Hz wide at half its height. ";
+      formatted("%.4g", 1e3 * input.timeline.interval_s) + " ms; a line is " +
+      formatted("%.2g", spectrum.resolution_hz) + " Hz wide at half its height. ";
   figure.caption += spectrum.filled_fraction > 0
-                        ? number("%.2g", 100 * spectrum.filled_fraction) +
+                        ? formatted("%.2g", 100 * spectrum.filled_fraction) +
                               " % of the samples are gaps, filled with the nearest valid height."
                         : std::string("No sample is missing.");
   return figure;

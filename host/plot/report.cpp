@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "drivers/support/formatted.hpp"
 #include "drivers/support/text_file.hpp"
 #include "host/plot/figures.hpp"
 #include "host/plot/page.hpp"
@@ -12,12 +13,6 @@
 
 namespace srd::host {
 namespace {
-
-std::string number(const char* format, double value) {
-  std::array<char, 48> text{};
-  std::snprintf(text.data(), text.size(), format, value);
-  return text.data();
-}
 
 struct Gathered {
   PlotInput input;
@@ -85,9 +80,9 @@ std::vector<std::pair<std::string, std::string>> facts_of(const PlotInput& input
   const std::string with = surfaces == run.rows.size() ? "all" : std::to_string(surfaces);
   facts.emplace_back("Frames", std::to_string(run.rows.size()) + ", " + with + " with a surface" +
                                    (missing > 0 ? ", " + std::to_string(missing) + " missing" : ""));
-  facts.emplace_back("Time", number("%.6g s", input.timeline.seconds.back()) +
+  facts.emplace_back("Time", formatted("%.6g s", input.timeline.seconds.back()) +
                                  (input.timeline.interval_s > 0
-                                      ? ", " + number("%.4g frames/s", 1 / input.timeline.interval_s)
+                                      ? ", " + formatted("%.4g frames/s", 1 / input.timeline.interval_s)
                                       : "") +
                                  ", clock " + run.clock);
   double sum = 0, n = 0;
@@ -98,14 +93,14 @@ std::vector<std::pair<std::string, std::string>> facts_of(const PlotInput& input
     }
   if (n > 0)
     facts.emplace_back("Mean error",
-                       number("%.3g ", sum / n) + metric_unit(run.metric) + " (" + run.metric + ")");
+                       formatted("%.3g ", sum / n) + metric_unit(run.metric) + " (" + run.metric + ")");
   if (input.geometry) {
     const RunGeometry& g = *input.geometry;
     facts.emplace_back("Model", std::to_string(run.modes.size()) + " modes, Lx " +
-                                    number("%.6g", g.model.lx) + " mm, Ly " + number("%.6g", g.model.ly) +
-                                    " mm, origin (" + number("%.6g", g.model.x0) + ", " +
-                                    number("%.6g", g.model.y0) + ") mm");
-    if (g.refractive_index) facts.emplace_back("Refractive index", number("%.5f", *g.refractive_index));
+                                    formatted("%.6g", g.model.lx) + " mm, Ly " + formatted("%.6g", g.model.ly) +
+                                    " mm, origin (" + formatted("%.6g", g.model.x0) + ", " +
+                                    formatted("%.6g", g.model.y0) + ") mm");
+    if (g.refractive_index) facts.emplace_back("Refractive index", formatted("%.5f", *g.refractive_index));
   }
   return facts;
 }
@@ -118,16 +113,16 @@ PageTable error_table(const PlotInput& input) {
                   {"", "rms", "mean", "largest", "rms / sd", "spread of the true values"},
                   {}};
   if (input.geometry) {
-    table.rows.push_back({"Surface over the pattern", number("%.4f", c.surface_rms), "",
-                          number("%.4f (worst frame\u2019s rms)", c.surface_largest), "", ""});
+    table.rows.push_back({"Surface over the pattern", formatted("%.4f", c.surface_rms), "",
+                          formatted("%.4f (worst frame\u2019s rms)", c.surface_largest), "", ""});
     table.rows.push_back(
-        {"Height at the centre", number("%.4f", c.height_rms), number("%+.4f", c.height_mean), "", "", ""});
+        {"Height at the centre", formatted("%.4f", c.height_rms), formatted("%+.4f", c.height_mean), "", "", ""});
   }
   for (int j = 0; j < c.modes.size(); ++j) {
     const ModeSummary& s = c.summary[static_cast<std::size_t>(j)];
     table.rows.push_back(
-        {c.modes[j].name().data(), number("%.4f", s.rms), number("%+.4f", s.mean), number("%.4f", s.largest),
-         std::isfinite(s.normalised) ? number("%.2f", s.normalised) : "", number("%.4f", s.true_spread)});
+        {c.modes[j].name().data(), formatted("%.4f", s.rms), formatted("%+.4f", s.mean), formatted("%.4f", s.largest),
+         std::isfinite(s.normalised) ? formatted("%.2f", s.normalised) : "", formatted("%.4f", s.true_spread)});
   }
   return table;
 }

@@ -3,10 +3,12 @@
 #include <cmath>
 #include <cstdio>
 
-#include "host/plot/contour.hpp"
+#include "drivers/support/formatted.hpp"
 #include "host/plot/figures.hpp"
 #include "host/plot/mode_panels.hpp"
 #include "host/plot/palette.hpp"
+
+#include "host/plot/contour.hpp"
 
 namespace srd::host {
 namespace {
@@ -132,12 +134,6 @@ void draw_colour_bar(Scene& scene, const Rectangle& map, const Scale& heights,
                  true});
 }
 
-std::string number(const char* format, double value) {
-  std::array<char, 48> text{};
-  std::snprintf(text.data(), text.size(), format, value);
-  return text.data();
-}
-
 }  // namespace
 
 Figure surface_figure(const PlotInput& input, std::size_t row) {
@@ -158,10 +154,10 @@ Figure surface_figure(const PlotInput& input, std::size_t row) {
 
   draw_heading(scene, "Water surface over the pattern", "node " + input.run.node);
   std::string about = "sequence " + std::to_string(frame.sequence) + ", " +
-                      number("%.4g s", input.timeline.seconds[row]) + " after the first frame";
+                      formatted("%.4g s", input.timeline.seconds[row]) + " after the first frame";
   if (std::isfinite(frame.mean_error))
-    about += ", mean error " + number("%.3g ", frame.mean_error) + metric_unit(input.run.metric);
-  if (std::isfinite(frame.corners_used)) about += ", " + number("%.0f corners", frame.corners_used);
+    about += ", mean error " + formatted("%.3g ", frame.mean_error) + metric_unit(input.run.metric);
+  if (std::isfinite(frame.corners_used)) about += ", " + formatted("%.0f corners", frame.corners_used);
   scene.add(Text{{kLeftMargin, 46}, about, 11, Anchor::kStart, kFaintInk});
 
   const PanelLabels labels{

@@ -9,7 +9,7 @@
 namespace srd::board {
 namespace {
 
-constexpr auto kWait = std::chrono::seconds(2);
+constexpr auto kLibcameraWait = std::chrono::seconds(2);
 
 class LibcameraBoard : public testing::Test {
  protected:
@@ -45,7 +45,7 @@ TEST_F(LibcameraBoard, FramesComeInOrderWithIncreasingTimes) {
   std::uint64_t last = 0;
   std::int64_t last_ns = 0;
   for (int n = 0; n < 60; ++n) {
-    ASSERT_EQ(camera->next(frame, kWait), Capture::kFrame) << n;
+    ASSERT_EQ(camera->next(frame, kLibcameraWait), Capture::kFrame) << n;
     EXPECT_EQ(frame.clock, ClockId::kMonotonic);
     EXPECT_EQ(frame.image.width, 636);
     EXPECT_EQ(frame.image.height, 480);
@@ -74,10 +74,10 @@ TEST_F(LibcameraBoard, StartsAgainAfterAStop) {
     const auto started = camera->start();
     ASSERT_TRUE(started.ok()) << started.error().text();
     CameraFrame frame;
-    ASSERT_EQ(camera->next(frame, kWait), Capture::kFrame);
+    ASSERT_EQ(camera->next(frame, kLibcameraWait), Capture::kFrame);
     camera->give_back(frame);
     camera->stop();
-    EXPECT_EQ(camera->next(frame, kWait), Capture::kEnd);
+    EXPECT_EQ(camera->next(frame, kLibcameraWait), Capture::kEnd);
   }
 }
 

@@ -12,7 +12,7 @@ namespace srd::board {
 namespace {
 
 constexpr auto kWait = std::chrono::milliseconds(500);
-constexpr int kWidth = 320, kHeight = 180;  // vivid's smallest webcam
+constexpr int kWebcamWidth = 320, kWebcamHeight = 180;  // vivid's smallest webcam
 
 class V4l2Board : public testing::Test {
  protected:
@@ -33,8 +33,8 @@ class V4l2Board : public testing::Test {
     V4l2CameraOptions made;
     made.ask.path = vivid.path();
     made.ask.format = format;
-    made.ask.width = kWidth;
-    made.ask.height = kHeight;
+    made.ask.width = kWebcamWidth;
+    made.ask.height = kWebcamHeight;
     made.ask.rate_hz = 50;
     return made;
   }
@@ -59,15 +59,15 @@ std::vector<std::uint8_t> one_image(const V4l2CameraOptions& options) {
 
 TEST_F(V4l2Board, EveryFormatGivesTheSameImage) {
   const auto checkers = one_image(options("GREY"));
-  ASSERT_EQ(checkers.size(), static_cast<std::size_t>(kWidth * kHeight));
+  ASSERT_EQ(checkers.size(), static_cast<std::size_t>(kWebcamWidth * kWebcamHeight));
   const bool first = checkers[0] > 127;
-  for (int v = 0; v < kHeight; ++v)
-    for (int u = 0; u < kWidth; ++u)
-      ASSERT_EQ(checkers[static_cast<std::size_t>(v * kWidth + u)] > 127, first != (((u / 16 + v / 16) & 1) != 0)) << u << ", " << v;
+  for (int v = 0; v < kWebcamHeight; ++v)
+    for (int u = 0; u < kWebcamWidth; ++u)
+      ASSERT_EQ(checkers[static_cast<std::size_t>(v * kWebcamWidth + u)] > 127, first != (((u / 16 + v / 16) & 1) != 0)) << u << ", " << v;
 
   ASSERT_TRUE(vivid_->choose("Test Pattern", "Gray Ramp"));
   const auto grey = one_image(options("GREY"));
-  EXPECT_LT(grey.front() + 200, grey[kWidth - 1] + 0) << "a ramp from dark to bright";
+  EXPECT_LT(grey.front() + 200, grey[kWebcamWidth - 1] + 0) << "a ramp from dark to bright";
   for (const char* format : {"Y10", "Y12", "Y16"}) EXPECT_EQ(one_image(options(format)), grey) << format;
   for (const char* format : {"YUYV", "NV12"}) {  // luma from 16 to 235
     const auto luma = one_image(options(format));
@@ -87,7 +87,7 @@ TEST_F(V4l2Board, AMultiPlanarDeviceGivesTheSameImages) {
     ASSERT_TRUE(planar->choose("Test Pattern", pattern));
     for (const char* format : {"GREY", "Y10", "Y12", "Y16", "YUYV", "NV12"}) {
       const auto image = one_image(options_of(*planar, format));
-      ASSERT_EQ(image.size(), static_cast<std::size_t>(kWidth * kHeight));
+      ASSERT_EQ(image.size(), static_cast<std::size_t>(kWebcamWidth * kWebcamHeight));
       EXPECT_EQ(image, one_image(options(format))) << format << ", " << pattern;
     }
   }
@@ -227,7 +227,7 @@ TEST_F(V4l2Board, ADisconnectIsSurvived) {
   int sum = 0;
   for (int v = 0; v < held.image.height; ++v)
     for (int u = 0; u < held.image.width; ++u) sum += held.image.row(v)[u] > 127 ? 1 : 0;
-  EXPECT_NEAR(sum, kWidth * kHeight / 2, kWidth * 16);
+  EXPECT_NEAR(sum, kWebcamWidth * kWebcamHeight / 2, kWebcamWidth * 16);
   EXPECT_EQ(camera.next(frame, kWait), Capture::kDisconnected);
   camera.give_back(held);
   expect_recovery(camera, held.sequence, true);

@@ -56,7 +56,7 @@ Accuracy against_brute_force(const Scene& scene, std::uint64_t frame, int every_
   return out;
 }
 
-struct Case {
+struct RenderCase {
   const char* name;
   std::string toml;
 };
@@ -84,7 +84,7 @@ Scene scene_of(const std::string& toml) {
   return *scene;
 }
 
-class RendererAccuracy : public testing::TestWithParam<Case> {};
+class RendererAccuracy : public testing::TestWithParam<RenderCase> {};
 
 // Bar: 0.003 px rms. Measured: 0.0003 px, which is the scatter of the jittered rays themselves, and 0.0009 px
 // at the least blur, where the pixel's square shape shows.
@@ -102,13 +102,13 @@ TEST_P(RendererAccuracy, CornersLieWhereBruteForcePutsThem) {
 
 INSTANTIATE_TEST_SUITE_P(
     SlowScenes, RendererAccuracy,
-    testing::Values(Case{"flume", ""},  //
-                    Case{"from_above", kFromAbove + "[image]\nblur_px = 0.5\n"},
-                    Case{"turned",
+    testing::Values(RenderCase{"flume", ""},  //
+                    RenderCase{"from_above", kFromAbove + "[image]\nblur_px = 0.5\n"},
+                    RenderCase{"turned",
                          "[pose]\ncentre_mm = [-300.0, 500.0, 700.0]\ntarget_mm = [113.0, 208.0, 0.0]\n"
                          "roll_deg = 25.0\n[image]\nblur_px = 0.9\n"},
-                    Case{"waves_12", with_modes("[image]\nblur_px = 1.2\n", 12, 3.0)},
-                    Case{"soft", with_modes("[image]\nblur_px = 2.0\n", 8, 3.0)}),
+                    RenderCase{"waves_12", with_modes("[image]\nblur_px = 1.2\n", 12, 3.0)},
+                    RenderCase{"soft", with_modes("[image]\nblur_px = 2.0\n", 8, 3.0)}),
     [](const auto& parameter) { return std::string(parameter.param.name); });
 
 // The rendered corner against the same blur of two straight lines that cross exactly at the truth pixel: what

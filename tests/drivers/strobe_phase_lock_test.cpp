@@ -45,12 +45,6 @@ Seen follow(PhaseLock& lock, const SimulatedSensor& sensor, int ahead, std::size
   return seen;
 }
 
-// Of the steady loop, k frames ahead, over the stamps' own deviation.
-double spread(double k) {
-  const double a = 1.0 / 8, b = 1.0 / 256;
-  return std::sqrt((2 * a * a + b * (2 - 3 * a) + 2 * k * b * (2 * a - b) + 2 * k * k * b * b) / (a * (4 - 2 * a - b)));
-}
-
 TEST(StrobePhaseLock, LetsThroughTheJitterThatItsGainsSay) {
   std::printf("rate Hz  jitter us  locked after  rms us  theory us  stated us\n");
   for (const double rate : {5.0, 50.0, 200.0, 500.0}) {
@@ -62,7 +56,7 @@ TEST(StrobePhaseLock, LetsThroughTheJitterThatItsGainsSay) {
       sensor.run(6000, habits);
       PhaseLock lock;
       const Seen seen = follow(lock, sensor, 2, 200);
-      const double theory = spread(2) * jitter_ns;
+      const double theory = fakes::phase_lock_spread(2) * jitter_ns;
       const double stated = static_cast<double>(lock.uncertainty_ns(lock.index() + 2));
       std::printf("%7.0f %10.1f %13d %7.2f %10.2f %10.2f\n", rate, jitter_ns / 1e3, seen.lock_frames, seen.rms_ns / 1e3,
                   theory / 1e3, stated / 1e3);
@@ -72,7 +66,7 @@ TEST(StrobePhaseLock, LetsThroughTheJitterThatItsGainsSay) {
       EXPECT_NEAR(seen.rms_ns, theory, 0.12 * theory + 50) << rate << " Hz " << jitter_ns;
       // The innovation is wider than the jitter by the loop's own spread; the period's wander is added.
       const double wander = 2 * habits.period_ns * 1e-6;
-      EXPECT_NEAR(stated, std::sqrt(1 + spread(1) * spread(1)) * theory + wander, 0.35 * theory + 100);
+      EXPECT_NEAR(stated, std::sqrt(1 + fakes::phase_lock_spread(1) * fakes::phase_lock_spread(1)) * theory + wander, 0.35 * theory + 100);
       EXPECT_EQ(lock.counts().locks, 1u);
     }
   }
@@ -105,7 +99,7 @@ TEST(StrobePhaseLock, DropsAndOutliersDoNotUnlockIt) {
   // Outliers up to a third of a period = 1.7 ms, 5 % of stamps; those below the gate pass: 6 x 1.3 x 10 us + 20 us = 100 us,
   // so that the deviation of what passes is still near 10 us.
   EXPECT_NEAR(static_cast<double>(lock.counts().rejected), 0.05 * 4000 * (1.0 - 0.1 / 1.67), 60);
-  EXPECT_LE(seen.rms_ns, 1.5 * spread(3) * habits.jitter_ns);
+  EXPECT_LE(seen.rms_ns, 1.5 * fakes::phase_lock_spread(3) * habits.jitter_ns);
 }
 
 TEST(StrobePhaseLock, TwoBadStampsAmongTheFirstEightAreLeftOut) {
@@ -168,7 +162,7 @@ TEST(StrobePhaseLock, HoldoverDriftsByWhatItStates) {
       squares += error * error / kRuns;
       stated += static_cast<double>(lock.uncertainty_ns(lock.index() + missed)) / kRuns;
     }
-    const double theory = spread(missed) * 20e3;
+    const double theory = fakes::phase_lock_spread(missed) * 20e3;
     std::printf("missed %3d: rms %.1f us, theory %.1f us, stated %.1f us\n", missed, std::sqrt(squares) / 1e3, theory / 1e3,
                 stated / 1e3);
     // 200 runs: the rms is known to 5 %.

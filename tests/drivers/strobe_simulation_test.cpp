@@ -5,6 +5,7 @@
 
 #include "tests/drivers/strobe_bench.hpp"
 #include "tests/fakes/allocation_gauge.hpp"
+#include "tests/fakes/simulated_sensor.hpp"
 
 namespace srd {
 namespace {
@@ -12,12 +13,6 @@ namespace {
 using fakes::SensorHabits;
 using fakes::SimulatedSensor;
 using fakes::SleepHabits;
-
-// Deviation of a prediction k frames ahead over that of the stamps: phase_lock.hpp.
-double spread(double k) {
-  const double a = 1.0 / 8, b = 1.0 / 256;
-  return std::sqrt((2 * a * a + b * (2 - 3 * a) + 2 * k * b * (2 * a - b) + 2 * k * k * b * b) / (a * (4 - 2 * a - b)));
-}
 
 SensorHabits habits_of(double rate_hz, double ppm, double jitter_ns, double drops) {
   SensorHabits habits;
@@ -45,15 +40,15 @@ TEST(StrobeSimulation, PulsesFallInTheWindowFromFiveToFiveHundredHertz) {
     const StrobeCounters& counters = bench.scheduler.counters();
     // A pulse in exposure n is planned from stamps up to n - 1, since n - 1 is stamped before n begins. Each frame of a drop
     // looks one frame further ahead: 1 / (1 - drops) on average.
-    const double theory = spread(1 / (1 - c.drops)) * c.jitter_ns;
+    const double theory = fakes::phase_lock_spread(1 / (1 - c.drops)) * c.jitter_ns;
     std::printf("%7.0f %4.0f %10.1f %6.2f %10zu %13.2f %10.2f %7zu %8zu %5llu %8llu\n", c.rate, c.ppm, c.jitter_ns / 1e3, c.drops,
                 bench.frames_to_light(), rms / 1e3, theory / 1e3, all.pulses, all.outside,
                 static_cast<unsigned long long>(counters.late.load()), static_cast<unsigned long long>(counters.skipped.load()));
     EXPECT_LE(bench.frames_to_light(), 20u);
     // 3800 errors correlated over about 16 frames: their rms is known to 1/sqrt(2 * 240) = 5 %. Three of those; and the next
     // longer look ahead for drops that come together; a stamp is a whole number of ns.
-    EXPECT_LE(rms, 1.15 * spread(1 + 2 * c.drops) / spread(1) * theory + 2);
-    EXPECT_GE(rms, 0.85 * spread(1) * c.jitter_ns);
+    EXPECT_LE(rms, 1.15 * fakes::phase_lock_spread(1 + 2 * c.drops) / fakes::phase_lock_spread(1) * theory + 2);
+    EXPECT_GE(rms, 0.85 * fakes::phase_lock_spread(1) * c.jitter_ns);
     EXPECT_EQ(all.outside, 0u);
     EXPECT_EQ(all.doubles, 0u);
     // Sleeps are 10 us late on average, exponentially: e^-10 of them more than 100 us, and those are skipped at worst.
@@ -83,11 +78,11 @@ TEST(StrobeSimulation, HoldoverKeepsPulsesInTheWindowAndEndsBeforeItCannot) {
   EXPECT_EQ(held.outside, 0u);
   // It ends when three deviations use up the spare window on one side and half the lateness.
   const double trust = (1.2e6 - 0.6e6) / 2 + 0.05e6;
-  const auto deviation = [&](double k) { return spread(k) * habits.jitter_ns + k * habits.period_ns * 1e-6; };
+  const auto deviation = [&](double k) { return fakes::phase_lock_spread(k) * habits.jitter_ns + k * habits.period_ns * 1e-6; };
   double last = 1;
   while (3 * deviation(last) < trust) ++last;
   EXPECT_NEAR(static_cast<double>(held.lit_frames), last, 0.25 * last);  // the jitter is estimated from some 30 stamps
-  EXPECT_LE(bench.phase_rms(kLocked, kLocked + 100), 3 * spread(100) * 20e3);
+  EXPECT_LE(bench.phase_rms(kLocked, kLocked + 100), 3 * fakes::phase_lock_spread(100) * 20e3);
 }
 
 TEST(StrobeSimulation, AfterAStepOfTheRateAtMostAWindowOfFramesIsLitWrongly) {

@@ -84,7 +84,7 @@ TEST_P(MonteCarlo, ScatterIsTheStatedDeviation) {
     compare<double>();
 }
 
-std::string name_of(const testing::TestParamInfo<std::tuple<Metric, int, int, bool>>& info) {
+std::string scatter_name(const testing::TestParamInfo<std::tuple<Metric, int, int, bool>>& info) {
   static constexpr const char* kNames[] = {"Reprojection", "Disparity", "Collinearity"};
   const auto [metric, parameters, cameras, narrow] = info.param;
   return std::string(kNames[static_cast<int>(metric)]) + std::to_string(parameters) + "ParametersFrom" +
@@ -94,11 +94,11 @@ std::string name_of(const testing::TestParamInfo<std::tuple<Metric, int, int, bo
 INSTANTIATE_TEST_SUITE_P(Estimator, MonteCarlo,
                          testing::Combine(testing::ValuesIn(kMetrics), testing::Values(5, 12), testing::Values(1, 2),
                                           testing::Values(false)),
-                         name_of);
+                         scatter_name);
 INSTANTIATE_TEST_SUITE_P(EstimatorInFloat, MonteCarlo,
                          testing::Combine(testing::ValuesIn(kMetrics), testing::Values(8), testing::Values(1),
                                           testing::Values(true)),
-                         name_of);
+                         scatter_name);
 
 TEST(EstimatorCovariance, DeviationsAreTheInverseOfTheInformation) {
   for (const Metric metric : kMetrics) {

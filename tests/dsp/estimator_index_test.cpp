@@ -144,21 +144,21 @@ TEST(FreeIndex, IsFoundBesideTwentyFourModesAndUnderPlates) {
 }
 
 TEST(FreeIndex, ScattersAsItsStatedDeviationSays) {
-  constexpr int kDraws = 400;
+  constexpr int kIndexDraws = 400;
   double squares = 0, variances = 0, nees = 0;
-  for (int draw = 0; draw < kDraws; ++draw) {
+  for (int draw = 0; draw < kIndexDraws; ++draw) {
     IndexScene scene(fakes::flume_scene(5, 3), with_free_index(), 0.1, static_cast<std::uint64_t>(draw));
     const auto found = scene.fit.from_flat();
     ASSERT_FALSE(failed(found.stop)) << to_string(found.stop);
     const double error = found.index - IndexScene::kTrue;
-    squares += error * error / kDraws;
-    variances += found.index_deviation * found.index_deviation / kDraws;
+    squares += error * error / kIndexDraws;
+    variances += found.index_deviation * found.index_deviation / kIndexDraws;
     const Coefficients<double> off = found.coefficients - scene.truth.truth;
-    nees += off.dot(found.information * off) / kDraws;
+    nees += off.dot(found.information * off) / kIndexDraws;
   }
-  EXPECT_NEAR(squares / variances, 1, 4.5 * std::sqrt(2.0 / kDraws));
+  EXPECT_NEAR(squares / variances, 1, 4.5 * std::sqrt(2.0 / kIndexDraws));
   // Of the coefficients alone, whatever the index.
-  EXPECT_NEAR(nees, 5, 4.5 * std::sqrt(10.0 / kDraws));
+  EXPECT_NEAR(nees, 5, 4.5 * std::sqrt(10.0 / kIndexDraws));
 }
 
 TEST(FreeIndex, IsRefusedFromAboveOverFlatWaterWithTheReason) {

@@ -13,7 +13,7 @@
 namespace srd::dsp {
 namespace {
 
-constexpr double kNoise = 0.1;  // px
+constexpr double kCornerNoise = 0.1;  // px
 
 // Corners with Gaussian noise, some of them pushed 3 to 30 px off in any direction.
 template <class S>
@@ -25,7 +25,7 @@ class NoisyCorners {
   }
 
   void draw(double gross_share) {
-    std::normal_distribution<double> normal(0, kNoise);
+    std::normal_distribution<double> normal(0, kCornerNoise);
     std::uniform_real_distribution<double> one(0, 1);
     for (std::size_t view = 0; view < exact_.size(); ++view)
       for (std::size_t i = 0; i < exact_[view].size(); ++i) {
@@ -36,7 +36,7 @@ class NoisyCorners {
         }
         Observation<S>& corner = fit_.seen[view][i];
         corner.pixel = exact_[view][i].pixel + off.template cast<S>();
-        corner.sigma = static_cast<S>(kNoise);
+        corner.sigma = static_cast<S>(kCornerNoise);
         corner.normalised = fit_.views[view].camera.undistort(corner.pixel).value();
       }
   }
@@ -80,7 +80,7 @@ class RobustMonteCarlo : public testing::TestWithParam<std::tuple<Metric, Loss, 
  protected:
   template <class S>
   void compare(int parameters, double limit) {
-    constexpr int kDraws = 1600;
+    constexpr int kRobustDraws = 1600;
     const auto [metric, loss, gross, narrow] = GetParam();
     EstimatorOptions options;
     options.metric = metric;
@@ -91,7 +91,7 @@ class RobustMonteCarlo : public testing::TestWithParam<std::tuple<Metric, Loss, 
     const Coefficients<S> start = fit.scene.truth.template cast<S>();
     Coefficients<double> sum = Coefficients<double>::Zero(parameters), squares = sum, variances = sum;
     double used = 0;
-    for (int draw = 0; draw < kDraws; ++draw) {
+    for (int draw = 0; draw < kRobustDraws; ++draw) {
       corners.draw(gross);
       const auto found = estimator.estimate(fit.cameras(), std::span(&start, 1));
       ASSERT_FALSE(failed(found.stop)) << to_string(found.stop);
@@ -99,11 +99,11 @@ class RobustMonteCarlo : public testing::TestWithParam<std::tuple<Metric, Loss, 
       sum += error;
       squares += error.cwiseAbs2();
       variances += found.standard_deviation.template cast<double>().cwiseAbs2();
-      used += found.corners_used / 231.0 / kDraws;
+      used += found.corners_used / 231.0 / kRobustDraws;
     }
     for (int j = 0; j < parameters; ++j) {
-      const double mean = sum[j] / kDraws, scatter = squares[j] / kDraws - mean * mean;
-      const double ratio = std::sqrt(scatter / (variances[j] / kDraws));
+      const double mean = sum[j] / kRobustDraws, scatter = squares[j] / kRobustDraws - mean * mean;
+      const double ratio = std::sqrt(scatter / (variances[j] / kRobustDraws));
       EXPECT_NEAR(ratio, 1, limit) << "coefficient " << j;
       RecordProperty("scatter_over_stated_" + std::to_string(j), std::to_string(ratio));
     }
@@ -121,7 +121,7 @@ TEST_P(RobustMonteCarlo, ScatterIsTheStatedDeviation) {
     compare<double>(5, limit);
 }
 
-std::string name_of(const testing::TestParamInfo<std::tuple<Metric, Loss, double, bool>>& info) {
+std::string robust_name(const testing::TestParamInfo<std::tuple<Metric, Loss, double, bool>>& info) {
   static constexpr const char* kMetricNames[] = {"Reprojection", "Disparity", "Collinearity"};
   static constexpr const char* kLossNames[] = {"None", "Huber", "Tukey"};
   const auto [metric, loss, gross, narrow] = info.param;
@@ -133,11 +133,11 @@ INSTANTIATE_TEST_SUITE_P(SlowEstimator, RobustMonteCarlo,
                          testing::Combine(testing::Values(Metric::kReprojection, Metric::kDisparity),
                                           testing::Values(Loss::kHuber, Loss::kTukey), testing::Values(0.0, 0.05),
                                           testing::Values(false)),
-                         name_of);
+                         robust_name);
 INSTANTIATE_TEST_SUITE_P(SlowEstimatorInFloat, RobustMonteCarlo,
                          testing::Combine(testing::Values(Metric::kReprojection), testing::Values(Loss::kTukey),
                                           testing::Values(0.0, 0.05), testing::Values(true)),
-                         name_of);
+                         robust_name);
 
 TEST(EstimatorLoss, GrossCornersCostLittleWithTukeyAndMuchWithout) {
   std::array<double, 3> errors{};
@@ -158,7 +158,7 @@ TEST(EstimatorLoss, GrossCornersCostLittleWithTukeyAndMuchWithout) {
     EXPECT_NEAR(found.loss_scale, 1.2, 0.2);
     if (loss == Loss::kTukey) {
       EXPECT_LT(found.corners_used, 200);
-      EXPECT_NEAR(found.reprojection_rms, kNoise, 0.01);
+      EXPECT_NEAR(found.reprojection_rms, kCornerNoise, 0.01);
       // Chi-square with 8 degrees of freedom: one in 2000 is above.
       const Coefficients<double> error = found.coefficients - fit.scene.truth;
       EXPECT_LT(error.dot(found.information * error), 27.9);
@@ -191,7 +191,7 @@ TEST(EstimatorLoss, ErrorSizesAreOfTheFinalSurfaceWhateverTheMetric) {
     estimator.error_sizes(sizes);
     if (metric == Metric::kReprojection) {
       pixels = sizes;
-      EXPECT_GT(*std::max_element(sizes.begin(), sizes.end()), 3 / kNoise);
+      EXPECT_GT(*std::max_element(sizes.begin(), sizes.end()), 3 / kCornerNoise);
       continue;
     }
     for (std::size_t i = 0; i < sizes.size(); ++i) EXPECT_NEAR(sizes[i], pixels[i], 0.5 + 0.1 * pixels[i]) << i;

@@ -12,8 +12,8 @@
 namespace srd::dsp {
 namespace {
 
-constexpr int kDraws = 4000;
-constexpr double kNoise = 0.1;  // px
+constexpr int kBoundDraws = 4000;
+constexpr double kBoundNoise = 0.1;  // px
 
 // (sum J'J / sigma^2)^-1 with J by central differences of the simulated pixels: nothing of the estimator's own.
 InformationMatrix<double> bound_covariance(const fakes::Scene& scene) {
@@ -29,7 +29,7 @@ InformationMatrix<double> bound_covariance(const fakes::Scene& scene) {
         moved.truth[k] += kStep;
         const Vec2<double> above = scene.views[view].camera.pixel(moved.seen(view, point));
         moved.truth[k] -= 2 * kStep;
-        j.col(k) = (above - scene.views[view].camera.pixel(moved.seen(view, point))) / (2 * kStep * kNoise);
+        j.col(k) = (above - scene.views[view].camera.pixel(moved.seen(view, point))) / (2 * kStep * kBoundNoise);
       }
       information += j.transpose().lazyProduct(j);
     }
@@ -59,16 +59,16 @@ class SlowBound : public testing::TestWithParam<std::tuple<int, int>> {
     fit.observe();
     const auto exact = fit.seen;
     for (auto& view : fit.seen)
-      for (Observation<S>& corner : view) corner.sigma = static_cast<S>(kNoise);
+      for (Observation<S>& corner : view) corner.sigma = static_cast<S>(kBoundNoise);
     auto estimator = fit.estimator();
     const Coefficients<S> start = fit.scene.truth.template cast<S>();
     const InformationMatrix<double> gram = surface_gram(fit.scene), bound = bound_covariance(fit.scene);
     const auto seen = fit.cameras();
     std::mt19937_64 random(static_cast<std::uint64_t>(1000 + 10 * parameters + cameras));
-    std::normal_distribution<double> normal(0, kNoise);
+    std::normal_distribution<double> normal(0, kBoundNoise);
     Coefficients<double> sum = Coefficients<double>::Zero(parameters), squares = sum, variances = sum;
     double surface = 0, nees = 0;
-    for (int draw = 0; draw < kDraws; ++draw) {
+    for (int draw = 0; draw < kBoundDraws; ++draw) {
       // Reprojection takes the undistorted corner for nothing but a start.
       for (std::size_t view = 0; view < exact.size(); ++view)
         for (std::size_t i = 0; i < exact[view].size(); ++i)
@@ -80,27 +80,27 @@ class SlowBound : public testing::TestWithParam<std::tuple<int, int>> {
       sum += error;
       squares += error.cwiseAbs2();
       variances += found.standard_deviation.template cast<double>().cwiseAbs2();
-      surface += error.dot(gram * error) / kDraws;
-      nees += error.dot(found.information.template cast<double>() * error) / kDraws;
+      surface += error.dot(gram * error) / kBoundDraws;
+      nees += error.dot(found.information.template cast<double>() * error) / kBoundDraws;
     }
     const double at_bound = std::sqrt(gram.cwiseProduct(bound).sum());
     const double of_bound = std::sqrt(surface) / at_bound;
     EXPECT_NEAR(of_bound, 1, 0.05);
     double least = 1e9, most = 0;
     for (int j = 0; j < parameters; ++j) {
-      const double mean = sum[j] / kDraws;
-      const double ratio = std::sqrt((squares[j] / kDraws - mean * mean) / (variances[j] / kDraws));
+      const double mean = sum[j] / kBoundDraws;
+      const double ratio = std::sqrt((squares[j] / kBoundDraws - mean * mean) / (variances[j] / kBoundDraws));
       EXPECT_NEAR(ratio, 1, 0.05) << "coefficient " << j;
       least = std::min(least, ratio);
       most = std::max(most, ratio);
       // No bias that 4000 draws can show.
-      EXPECT_LT(std::abs(mean), 4.5 * std::sqrt(variances[j]) / kDraws) << "coefficient " << j;
+      EXPECT_LT(std::abs(mean), 4.5 * std::sqrt(variances[j]) / kBoundDraws) << "coefficient " << j;
     }
     // p times an F distribution with p and the spare residuals' degrees of freedom; 3.29 deviations hold 99.9 %.
     const double p = parameters, spare = 462.0 * cameras - p;
     const double expected = p * spare / (spare - 2);
     const double deviation =
-        p * std::sqrt(2 * spare * spare * (p + spare - 2) / (p * (spare - 2) * (spare - 2) * (spare - 4)) / kDraws);
+        p * std::sqrt(2 * spare * spare * (p + spare - 2) / (p * (spare - 2) * (spare - 2) * (spare - 4)) / kBoundDraws);
     EXPECT_NEAR(nees, expected, 3.29 * deviation);
     std::printf("%2d parameters, %d cameras, %s: surface %.5f mm rms, %.4f of the bound; scatter/stated %.3f to %.3f; "
                 "nees %.3f, expected %.3f +- %.3f\n",

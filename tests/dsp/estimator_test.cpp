@@ -37,7 +37,7 @@ class ExactFeatures : public testing::TestWithParam<std::tuple<Metric, int, int>
 TEST_P(ExactFeatures, GiveTheSurfaceInDouble) { expect_surface<double>(1e-6, 1e-9); }
 TEST_P(ExactFeatures, GiveTheSurfaceInFloat) { expect_surface<float>(1e-3, 1e-3); }
 
-std::string name_of(const testing::TestParamInfo<std::tuple<Metric, int, int>>& info) {
+std::string exact_name(const testing::TestParamInfo<std::tuple<Metric, int, int>>& info) {
   static constexpr const char* kNames[] = {"Reprojection", "Disparity", "Collinearity"};
   return std::string(kNames[static_cast<int>(std::get<0>(info.param))]) + std::to_string(std::get<1>(info.param)) +
          "ParametersFrom" + std::to_string(std::get<2>(info.param)) + "Cameras";
@@ -46,7 +46,7 @@ std::string name_of(const testing::TestParamInfo<std::tuple<Metric, int, int>>& 
 INSTANTIATE_TEST_SUITE_P(Estimator, ExactFeatures,
                          testing::Combine(testing::ValuesIn(kMetrics), testing::Values(1, 3, 5, 8, 12),
                                           testing::Values(1, 2, 3)),
-                         name_of);
+                         exact_name);
 
 TEST(Estimator, FitsTwentyFourFreelyChosenModes) {
   std::vector<Mode> modes;

@@ -11,7 +11,7 @@
 namespace srd::dsp {
 namespace {
 
-constexpr std::int64_t kFrame = 20'000'000;  // ns
+constexpr std::int64_t kFramePeriod = 20'000'000;  // ns
 
 // A rendered flume and a tracker that looks at it with exact calibration and pose.
 class Flume {
@@ -93,7 +93,7 @@ class Flume {
 };
 
 const FrameResult<double>& step(SurfaceTracker<double>& tracker, GrayView image, std::uint64_t number) {
-  return tracker.process(std::span(&image, 1), static_cast<std::int64_t>(number) * kFrame);
+  return tracker.process(std::span(&image, 1), static_cast<std::int64_t>(number) * kFramePeriod);
 }
 
 TEST(SurfaceTracker, FollowsTheFlumeWithinHundredthsOfAMillimetre) {
@@ -329,7 +329,7 @@ TEST(SurfaceTracker, TwoCamerasMeasureOneSurface) {
                      .value();
   for (std::uint64_t k = 0; k < 4; ++k) {
     const std::array<GrayView, 2> images{a.frame(k), b.frame(k)};
-    const auto& result = tracker.process(images, static_cast<std::int64_t>(k) * kFrame);
+    const auto& result = tracker.process(images, static_cast<std::int64_t>(k) * kFramePeriod);
     ASSERT_EQ(result.status, TrackStatus::kOk);
     EXPECT_GT(result.estimate.corners_used, 400);
     EXPECT_LT(std::sqrt(a.error2(k, result.estimate.coefficients)), 0.02);

@@ -14,11 +14,11 @@
 namespace srd::firmware {
 namespace {
 
-constexpr const char* kSimulated =
+constexpr const char* kRecordedNode =
     "[camera]\nsource = \"simulator\"\nrate = \"max\"\n[surface]\nguess_mm = [80]\nlx_mm = 240\nly_mm = 440\n";
 
 Instrument instrument_of(const std::optional<CameraSource>& source = {}) {
-  auto config = NodeConfig::parse(kSimulated, "node.toml");
+  auto config = NodeConfig::parse(kRecordedNode, "node.toml");
   EXPECT_TRUE(config.ok()) << config.error().text();
   if (source) config->camera = source;
   config->refractive_index = 1.333;

@@ -14,7 +14,7 @@
 namespace srd::firmware {
 namespace {
 
-constexpr const char* kSimulated = "[camera]\nsource = \"simulator\"\nrate = \"max\"\n[surface]\nguess_mm = [80]\n";
+constexpr const char* kSimulatedNode = "[camera]\nsource = \"simulator\"\nrate = \"max\"\n[surface]\nguess_mm = [80]\n";
 
 Outcome<RunReport> run(const NodeConfig& config, const RunOptions& options, const std::atomic<bool>& stop) {
   auto instrument = make_instrument(config);
@@ -24,7 +24,7 @@ Outcome<RunReport> run(const NodeConfig& config, const RunOptions& options, cons
 
 TEST(Node, TellsTheServiceManagerItsWholeLife) {
   fakes::NotifySocket manager(60'000'000);
-  const auto config = NodeConfig::parse(kSimulated, "node.toml");
+  const auto config = NodeConfig::parse(kSimulatedNode, "node.toml");
   ASSERT_TRUE(config.ok()) << config.error().text();
   RunOptions options;
   options.frames = 10;
@@ -42,7 +42,7 @@ TEST(Node, TellsTheServiceManagerItsWholeLife) {
 
 TEST(Node, RecordsWhatItMeasures) {
   const fakes::ScratchFolder scratch;
-  auto config = NodeConfig::parse(kSimulated, "node.toml");
+  auto config = NodeConfig::parse(kSimulatedNode, "node.toml");
   ASSERT_TRUE(config.ok());
   config->record.folder = scratch.path() / "rec";
   config->record.min_free_mib = 0;
@@ -69,7 +69,7 @@ TEST(Node, RecordsWhatItMeasures) {
 TEST(Node, MeasuresOnADiskThatTakesNoRecording) {
   const fakes::ScratchFolder scratch;
   scratch.write("file", "");
-  auto config = NodeConfig::parse(kSimulated, "node.toml");
+  auto config = NodeConfig::parse(kSimulatedNode, "node.toml");
   ASSERT_TRUE(config.ok());
   const RecordSection full{.folder = scratch.path() / "rec", .min_free_mib = std::uint64_t{1} << 40};
   const RecordSection nowhere{.folder = scratch.path() / "file/rec", .min_free_mib = 0};
@@ -99,7 +99,7 @@ TEST(Node, MeasuresOnADiskThatTakesNoRecording) {
 
 TEST(Node, MeasuresWhileItsHostHasNoAddress) {
   fakes::NotifySocket manager;
-  auto config = NodeConfig::parse(kSimulated, "node.toml");
+  auto config = NodeConfig::parse(kSimulatedNode, "node.toml");
   ASSERT_TRUE(config.ok());
   config->host = "flume..invalid:47810";  // two dots in a row are no name: no network is asked
   RunOptions options;
@@ -137,7 +137,7 @@ class BadlyStampedCamera final : public fakes::LiveCamera {
 };
 
 TEST(Node, SaysOnceThatTheDriversTimesCannotBeTrueAndCountsThem) {
-  const auto config = NodeConfig::parse(kSimulated, "node.toml");
+  const auto config = NodeConfig::parse(kSimulatedNode, "node.toml");
   ASSERT_TRUE(config.ok());
   auto instrument = make_instrument(*config);
   ASSERT_TRUE(instrument.ok());
@@ -156,7 +156,7 @@ TEST(Node, SaysOnceThatTheDriversTimesCannotBeTrueAndCountsThem) {
 }
 
 TEST(Node, ARunWithoutASurfaceSaysWhyAndWhatToLookAt) {
-  const auto config = NodeConfig::parse(kSimulated, "node.toml");
+  const auto config = NodeConfig::parse(kSimulatedNode, "node.toml");
   ASSERT_TRUE(config.ok());
   auto instrument = make_instrument(*config);
   ASSERT_TRUE(instrument.ok());
@@ -174,7 +174,7 @@ TEST(Node, ARunWithoutASurfaceSaysWhyAndWhatToLookAt) {
 }
 
 TEST(Node, EndsInOrderWhenStopped) {
-  const auto config = NodeConfig::parse(kSimulated, "node.toml");
+  const auto config = NodeConfig::parse(kSimulatedNode, "node.toml");
   ASSERT_TRUE(config.ok());
   const std::atomic<bool> stop{true};
   const auto report = run(*config, {}, stop);

@@ -15,12 +15,12 @@
 namespace srd::firmware {
 namespace {
 
-constexpr std::int64_t kSecond = 1'000'000'000;
+constexpr std::int64_t kOneSecond = 1'000'000'000;
 
 TEST(ServiceNotifier, SpeaksToTheManager) {
   fakes::NotifySocket manager(3'000'000);
   const ServiceNotifier notifier;
-  EXPECT_EQ(notifier.watchdog_ns(), 3 * kSecond);
+  EXPECT_EQ(notifier.watchdog_ns(), 3 * kOneSecond);
   notifier.ready();
   notifier.status("tracking");
   notifier.alive();
@@ -38,13 +38,13 @@ TEST(ServiceNotifier, IsSilentWithoutAManager) {
 
 // Signs of life in ten seconds of 50 turns each.
 int fed(const FrameWatchdog::Progress& each_turn, std::int64_t period_ns = 20'000'000) {
-  FrameWatchdog watchdog(2 * kSecond, period_ns);
+  FrameWatchdog watchdog(2 * kOneSecond, period_ns);
   FrameWatchdog::Progress progress = each_turn;
   progress.frames = progress.calls = 0;
   int times = watchdog.due(0, progress) ? 1 : 0;  // the start
   EXPECT_EQ(times, 1);
   times = 0;
-  for (std::int64_t now = 20'000'000; now <= 10 * kSecond; now += 20'000'000) {
+  for (std::int64_t now = 20'000'000; now <= 10 * kOneSecond; now += 20'000'000) {
     progress.frames += each_turn.frames;
     progress.calls += each_turn.calls;
     times += watchdog.due(now, progress) ? 1 : 0;
@@ -66,7 +66,7 @@ TEST(FrameWatchdog, LetsACameraComeBackAndARecordingTakeItsTime) {
 
 TEST(FrameWatchdog, LetsACameraWaitForItsTriggers) {
   EXPECT_EQ(fed({0, 1, 0, false}, 0), 20);
-  EXPECT_EQ(fed({0, 1, 0, false}, 5 * kSecond), 20) << "slower than the watchdog's interval";
+  EXPECT_EQ(fed({0, 1, 0, false}, 5 * kOneSecond), 20) << "slower than the watchdog's interval";
   EXPECT_EQ(fed({0, 1, 1, false}, 0), 0) << "a frame came, and does not get through";
   EXPECT_EQ(fed({0, 1, 1, true}), 0);
 }

@@ -18,8 +18,8 @@
 namespace srd::firmware {
 namespace {
 
-constexpr std::int64_t kPeriod = 20'000'000;
-constexpr int kSize = 32;
+constexpr std::int64_t kLabelledPeriod = 20'000'000;
+constexpr int kLabelledSize = 32;
 
 // Exposures with records and images; which exposure's light an image shows can be shifted.
 class Scene {
@@ -45,13 +45,13 @@ class Scene {
     for (std::uint8_t& pixel : pixels_)
       pixel = static_cast<std::uint8_t>(std::clamp((bright ? lit_ : dark_) + noise(random_), 0.0, 255.0));
     CameraFrame frame;
-    frame.image = {pixels_.data(), kSize, kSize, kSize};
+    frame.image = {pixels_.data(), kLabelledSize, kLabelledSize, kLabelledSize};
     frame.sequence = static_cast<std::uint64_t>(i);
     frame.time_ns = stamp(i) + static_cast<std::int64_t>(random_() % 40'000) - 20'000;
     labels.label(frame);
     return frame;
   }
-  static std::int64_t stamp(std::int64_t i) { return 1'000'000'000 + i * kPeriod; }
+  static std::int64_t stamp(std::int64_t i) { return 1'000'000'000 + i * kLabelledPeriod; }
 
  private:
   StrobePattern pattern_;
@@ -61,7 +61,7 @@ class Scene {
 
  private:
   int lit_, dark_;
-  std::array<std::uint8_t, kSize * kSize> pixels_{};
+  std::array<std::uint8_t, kLabelledSize * kLabelledSize> pixels_{};
   std::mt19937 random_{3};
 };
 
@@ -153,10 +153,10 @@ TEST(StrobeLabels, APulseLightsOneFrameHoweverFarItsStampIsOff) {
   for (std::int64_t i = 1; i < 10; ++i) EXPECT_EQ(scene.expose(i).strobe, StrobePhase::kLit);
   CameraFrame late = scene.expose(20, 0, false);  // an image; its stamp is put close to the last frame's
   const auto unlabelled = scene.labels.counters().unlabelled.load();
-  late.time_ns = Scene::stamp(9) + kPeriod / 3;
+  late.time_ns = Scene::stamp(9) + kLabelledPeriod / 3;
   scene.labels.label(late);
   EXPECT_EQ(late.strobe, StrobePhase::kUnstrobed);
-  EXPECT_EQ(late.time_ns, Scene::stamp(9) + kPeriod / 3);
+  EXPECT_EQ(late.time_ns, Scene::stamp(9) + kLabelledPeriod / 3);
   EXPECT_EQ(scene.labels.counters().unlabelled.load(), unlabelled + 1);
 }
 

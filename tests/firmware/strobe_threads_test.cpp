@@ -15,7 +15,7 @@
 namespace srd::firmware {
 namespace {
 
-constexpr std::int64_t kPeriod = 10'000'000, kExposure = 8'000'000;
+constexpr std::int64_t kLoopPeriod = 10'000'000, kExposure = 8'000'000;
 
 class SwitchedLine final : public OutputLine {
  public:
@@ -33,11 +33,11 @@ class SteadyCamera final : public fakes::LiveCamera {
  public:
   SteadyCamera(int width, int height) : LiveCamera(width, height), pixels_(static_cast<std::size_t>(width * height), 40) {}
   Outcome<void> start() override {
-    first_ns_ = clock_.now_ns() + kPeriod;
+    first_ns_ = clock_.now_ns() + kLoopPeriod;
     return {};
   }
   Capture next(CameraFrame& frame, Nanoseconds) noexcept override {
-    const std::int64_t middle = first_ns_ + static_cast<std::int64_t>(next_) * kPeriod;
+    const std::int64_t middle = first_ns_ + static_cast<std::int64_t>(next_) * kLoopPeriod;
     clock_.sleep_until(middle + kExposure / 2 + 1'000'000);
     frame = {};
     frame.image = {pixels_.data(), width(), height(), width()};

@@ -12,7 +12,7 @@
 #include "firmware/transmit/sender.hpp"
 #include "host/listen/session.hpp"
 
-namespace srd::host::testing {
+namespace srd::host::simulated {
 
 inline constexpr std::int64_t kMillisecond = 1'000'000;
 inline constexpr std::int64_t kSecond = 1'000'000'000;
@@ -191,4 +191,4 @@ class Simulation {
   std::uint64_t sessions_ = 0;
 };
 
-}  // namespace srd::host::testing
+}  // namespace srd::host::simulated

@@ -9,11 +9,11 @@
 namespace srd::host {
 namespace {
 
-using testing::kMillisecond;
-using testing::kSecond;
-using testing::Row;
-using testing::SimulatedNode;
-using testing::Simulation;
+using simulated::kMillisecond;
+using simulated::kSecond;
+using simulated::Row;
+using simulated::SimulatedNode;
+using simulated::Simulation;
 
 std::map<proto::BootId, std::vector<std::uint64_t>> by_boot(const Simulation& lab) {
   std::map<proto::BootId, std::vector<std::uint64_t>> out;
@@ -28,7 +28,7 @@ void expect_all_once_in_order(const std::vector<std::uint64_t>& sequences, std::
   for (std::uint64_t i = 0; i < count; ++i) ASSERT_EQ(sequences[i], i);
 }
 
-testing::LinkFaults bad_link() { return {.loss = 0.3, .duplication = 0.1, .least_delay = kMillisecond, .most_delay = 20 * kMillisecond}; }
+simulated::LinkFaults bad_link() { return {.loss = 0.3, .duplication = 0.1, .least_delay = kMillisecond, .most_delay = 20 * kMillisecond}; }
 
 void make_bad(SimulatedNode& node) { node.to_host.faults = node.to_node.faults = bad_link(); }
 

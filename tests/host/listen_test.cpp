@@ -78,14 +78,14 @@ TEST(Listen, RecordsThreeNodesOverABadNetwork) {
   {
     Listening host({.csv = file});
     std::vector<std::thread> nodes;
-    std::vector<std::unique_ptr<testing::LossyRelay>> relays;
+    std::vector<std::unique_ptr<simulated::LossyRelay>> relays;
     std::array<firmware::TransmitterReport, 3> reports;
     for (std::size_t i = 0; i < 3; ++i) {
-      relays.push_back(std::make_unique<testing::LossyRelay>(host.address(), 0.3, 0.1, std::chrono::milliseconds(20), i));
+      relays.push_back(std::make_unique<simulated::LossyRelay>(host.address(), 0.3, 0.1, std::chrono::milliseconds(20), i));
       nodes.emplace_back([&, i] {
         const auto node = start_node(("cam-" + std::to_string(i)).c_str(), 100 + i, relays[i]->address());
         for (std::uint64_t s = 0; s < kFrames; ++s) {
-          EXPECT_TRUE(node->push(testing::Simulation::frame_at(static_cast<std::int64_t>(s))));
+          EXPECT_TRUE(node->push(simulated::Simulation::frame_at(static_cast<std::int64_t>(s))));
           std::this_thread::sleep_for(std::chrono::milliseconds(5));
         }
         reports[i] = node->finish();
@@ -115,7 +115,7 @@ TEST(Listen, EndsAfterTheRowsAskedForAndGoesOnWithAppend) {
     Listening host({.csv = file, .count = 150});
     address = host.address();
     node = start_node("cam", 1, address, false);
-    for (int i = 0; i < 400; ++i) EXPECT_TRUE(node->push_waiting(testing::Simulation::frame_at(i), cancelled));
+    for (int i = 0; i < 400; ++i) EXPECT_TRUE(node->push_waiting(simulated::Simulation::frame_at(i), cancelled));
     host.wait();
     EXPECT_TRUE(host.outcome->ok());
   }
@@ -147,7 +147,7 @@ TEST(Listen, ForgedDatagramsChangeNothing) {
     (void)forger.send(bytes);
   }
   const auto node = start_node("cam", 1, host.address());
-  for (int i = 0; i < 20; ++i) EXPECT_TRUE(node->push(testing::Simulation::frame_at(i)));
+  for (int i = 0; i < 20; ++i) EXPECT_TRUE(node->push(simulated::Simulation::frame_at(i)));
   EXPECT_EQ(node->finish().unacknowledged, 0u);
   host.end();
   expect_rows(file, {{"cam", 20}});
@@ -158,7 +158,7 @@ TEST(Listen, NodeOutlivesAHostThatComesLate) {
   // A port where nobody listens yet.
   const Address address = UdpSocket::bind(Address::parse("127.0.0.1:0", "test").value())->local();
   const auto node = start_node("cam", 1, address);
-  for (int i = 0; i < 50; ++i) EXPECT_TRUE(node->push(testing::Simulation::frame_at(i)));
+  for (int i = 0; i < 50; ++i) EXPECT_TRUE(node->push(simulated::Simulation::frame_at(i)));
   std::this_thread::sleep_for(std::chrono::milliseconds(50));
   const fakes::ScratchFolder folder;
   ListenOptions options{.bind = address.text(), .csv = folder.path() / "run.csv", .count = 50};
@@ -187,7 +187,7 @@ TEST(Listen, ANodeTriesEveryAddressOfItsHostUntilOneAnswers) {
     options.resolve = [&](std::string_view, std::string_view) -> Outcome<std::vector<Address>> { return std::vector{wrong, right}; };
     auto node = firmware::Transmitter::start(options);
     ASSERT_TRUE(node.ok()) << node.error().text();
-    for (int i = 0; i < 20; ++i) EXPECT_TRUE((*node)->push(testing::Simulation::frame_at(i)));
+    for (int i = 0; i < 20; ++i) EXPECT_TRUE((*node)->push(simulated::Simulation::frame_at(i)));
     const firmware::TransmitterReport report = (*node)->finish();
     EXPECT_EQ(report.unacknowledged, 0u);
     EXPECT_EQ(report.host_address, right.text() + " answers; it is also " + wrong.text());
@@ -202,7 +202,7 @@ TEST(Listen, TellsOfANodeThatMeasuredNothing) {
   for (const bool measures : {true, false}) {
     const auto node = start_node(measures ? "good" : "blind", 1, host.address());
     for (int i = 0; i < 5; ++i) {
-      proto::CoefficientFrame frame = testing::Simulation::frame_at(i);
+      proto::CoefficientFrame frame = simulated::Simulation::frame_at(i);
       if (!measures) {
         frame.coefficients.resize(0);
         frame.information = {};
@@ -227,7 +227,7 @@ TEST(Listen, AHostWithoutAnAnswerFromAnyAddressSaysAllOfThem) {
   options.resolve = [&](std::string_view, std::string_view) -> Outcome<std::vector<Address>> { return std::vector{a, b}; };
   auto node = firmware::Transmitter::start(options);
   ASSERT_TRUE(node.ok());
-  EXPECT_TRUE((*node)->push(testing::Simulation::frame_at(0)));
+  EXPECT_TRUE((*node)->push(simulated::Simulation::frame_at(0)));
   const firmware::TransmitterReport report = (*node)->finish();
   EXPECT_EQ(report.unacknowledged, 1u);
   EXPECT_EQ(report.host_address, "none of its addresses answers: " + a.text() + ", " + b.text());

@@ -11,7 +11,7 @@
 
 #include "drivers/net/udp_socket.hpp"
 
-namespace srd::host::testing {
+namespace srd::host::simulated {
 
 class LossyRelay {
  public:
@@ -87,4 +87,4 @@ class LossyRelay {
   std::thread thread_;
 };
 
-}  // namespace srd::host::testing
+}  // namespace srd::host::simulated

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 class Release2017 {
  public:
   explicit Release2017(int frames) {
-    Scene scene = default_scene();
+    srd::Scene scene = default_scene();
     const auto& camera = scene.calibration.camera;
     scene.calibration.camera = dsp::CameraModel<double>::make(camera.fx() / 2, camera.fy() / 2, camera.cx() / 2,
                                                               camera.cy() / 2, camera.distortion())
@@ -99,7 +99,7 @@ class Release2017 {
   [[nodiscard]] fs::path out() const { return folder_.path() / "out"; }
   [[nodiscard]] const fs::path& path() const { return folder_.path(); }
   [[nodiscard]] std::string result(const std::string& name) const { return fakes::bytes_of(out() / name); }
-  [[nodiscard]] const Scene& scene() const { return scene_; }
+  [[nodiscard]] const srd::Scene& scene() const { return scene_; }
   // The true surface's height at (X, Y).
   [[nodiscard]] double height(std::size_t frame, double x, double y) const {
     return scene_.surface.height(scene_.coefficients(frame), x, y);
@@ -108,7 +108,7 @@ class Release2017 {
   Keys keys;
 
  private:
-  Scene scene_;
+  srd::Scene scene_;
   Region shown_;
   fakes::ScratchFolder folder_;
 };
