@@ -1,20 +1,23 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, runs every test that needs no hardware: built by GCC, then by Clang with
 # address and undefined-behaviour sanitizers (the slow tests not again), then the node's threads under the thread sanitizer.
-# --quick: GCC only. --boards: then also for boards, all emulated: unit tests for arm64 and armhf, their results against this
-# machine's bit for bit, srd-node on a board with cameras and GPIO lines, packages installed, upgraded and removed, and what
-# a computer with nothing but Debian 12 on it has after the lists of packages are installed.
-# Last line: "N passed, N failed, N skipped". Exit code 0 only when nothing failed.
+# --quick: GCC only, without the slow tests. --boards: then also for boards, all emulated: unit tests for arm64, those of
+# the arithmetic and the wire for armhf, their results against this machine's bit for bit, srd-node on a board with cameras
+# and GPIO lines, packages installed, upgraded and removed, and what a computer with nothing but Debian 12 on it has after
+# the lists of packages are installed. --all: then also the drivers as built for Debian 13 and armhf's package.
+# Ends with the seconds of each stage, and "N passed, N failed, N skipped". Exit code 0 only when nothing failed.
 set -euo pipefail
 
-usage() { echo "usage: tests/run.sh [--quick | --boards]   (builds in build/, see CMakePresets.json)"; }
+usage() { echo "usage: tests/run.sh [--quick | --boards | --all]   (builds in build/, see CMakePresets.json)"; }
 
 stages=(host asan-ubsan tsan)
 boards=false
+all=false
 for argument in "$@"; do
   case $argument in
-    --quick) stages=(host) ;;
+    --quick) stages=(quick) ;;
     --boards) boards=true ;;
+    --all) boards=true all=true ;;
     -h | --help) usage; exit 0 ;;
     *) usage >&2; exit 2 ;;
   esac
@@ -23,15 +26,32 @@ done
 cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.."
 tests/install_packages.sh
 results=()
+seconds=()
+
+# What boards need from Debian's archive is fetched and unpacked while the first stages compile.
+prepare_boards() {
+  for board in arm64 armhf; do [ -d "build/sysroots/debian12-$board" ] || toolchains/sysroot.sh "$board" || return; done
+  [ -d build/sysroots/debian13-arm64 ] || toolchains/sysroot.sh arm64 --debian 13 || return
+  [ -d build/virtual-board ] || toolchains/virtual_board/build.sh || return
+  [ "$(id -u)" -ne 0 ] || { tests/fresh_machine/run.sh --make && tests/packaging/run.sh --make amd64 arm64; }
+}
+prepared=
+if $boards; then
+  tests/install_packages.sh toolchains/packages.txt
+  mkdir -p build
+  prepare_boards >build/prepare.log 2>&1 </dev/null &
+  prepared=$!
+fi
 
 # A stage is judged by its JUnit file. One that a previous run left behind must not speak for this one.
-run_stage() { # preset
-  local report=build/$1/junit.xml started=$SECONDS verdict=passed
+run_stage() { # workflow
+  local report=build/${1/quick/host}/junit.xml started=$SECONDS verdict=passed
   results+=("$1=$report")
   rm -f -- "$report"
   echo "== $1"
   cmake --workflow --preset "$1" </dev/null || verdict=FAILED
   echo "== $1: $verdict after $((SECONDS - started)) s"
+  seconds+=("$(printf '%6d s  %s' $((SECONDS - started)) "$1")")
 }
 
 # A job is judged by its exit code.
@@ -41,25 +61,33 @@ run_job() { # name, command...
   echo "== $name"
   "$@" </dev/null || code=$?
   results+=("$name=exit:$code")
+  seconds+=("$(printf '%6d s  %s' $((SECONDS - started)) "$name")")
   echo "== $name: $([ "$code" -eq 0 ] && echo passed || echo "FAILED with code $code") after $((SECONDS - started)) s"
+}
+
+wait_for() { # process, its log
+  wait "$1" || { tail -n 30 "$2"; return 1; }
 }
 
 for stage in "${stages[@]}"; do run_stage "$stage"; done
 if $boards; then
-  tests/install_packages.sh toolchains/packages.txt
+  run_job "what boards need" wait_for "$prepared" build/prepare.log
   echo "Emulated boards leave out the tests of the pattern metric, which srd-node has not, and those of thousands of noise draws."
   for board in arm64 armhf; do
-    [ -d "build/sysroots/debian12-$board" ] || run_job "sysroot $board" toolchains/sysroot.sh "$board"
     run_stage "$board"
     run_job "$board bit for bit" tests/bench/compare_architectures.sh "$board" 4
   done
-  run_job "virtual board" tests/virtual_board/run.sh --debian13
+  debian13=()
+  packages=(amd64 arm64)
+  if $all; then debian13=(--debian13) packages+=(armhf); fi
+  run_job "virtual board" tests/virtual_board/run.sh "${debian13[@]}"
   if [ "$(id -u)" -eq 0 ]; then
     run_job "fresh machine" tests/fresh_machine/run.sh
-    run_job "packages" tests/packaging/run.sh amd64 arm64 armhf
+    run_job "packages" tests/packaging/run.sh "${packages[@]}"
   else
     echo "Not run, they need root: tests/fresh_machine/run.sh, tests/packaging/run.sh"
   fi
 fi
 
+printf '%s\n' "${seconds[@]}"
 python3 tests/summarise_runs.py "${results[@]}"

@@ -54,27 +54,25 @@ CONF
 
 # Unpacks a package and notes it in the folder's own dpkg database, which tells dpkg-shlibdeps who owns a library.
 debian_unpack() { # folder, package file
-  local to=$1 file=$2 name architecture info=$1/var/lib/dpkg/info
-  mkdir -p "$info"
-  dpkg-deb --fsys-tarfile "$file" |
-    tar -C "$to" -xf - --exclude=./usr/share/doc --exclude=./usr/share/man --exclude=./usr/share/locale \
-      --keep-directory-symlink
-  name=$(dpkg-deb -f "$file" Package)
-  architecture=$(dpkg-deb -f "$file" Architecture)
-  [ "$(dpkg-deb -f "$file" Multi-Arch)" != same ] || name=$name:$architecture
-  dpkg-deb -c "$file" | awk '{print $6}' | sed -e 's,^\.,,' -e 's,/$,,' -e 's,^$,/.,' >"$info/$name.list"
-  local part
-  for part in symbols shlibs; do
-    dpkg-deb --ctrl-tarfile "$file" | tar -xOf - "./$part" >"$info/$name.$part" 2>/dev/null || rm -f "$info/$name.$part"
-  done
-  { dpkg-deb -f "$file" | sed -e '1a Status: install ok installed'; echo; } >>"$to/var/lib/dpkg/status"
+  local to=$1 file=$2 fields name info=$1/var/lib/dpkg/info part
+  fields=$(dpkg-deb -f "$file")
+  name=$(sed -n 's/^Package: //p' <<<"$fields")
+  ! grep -q '^Multi-Arch: same' <<<"$fields" || name=$name:$(sed -n 's/^Architecture: //p' <<<"$fields")
+  {
+    echo /.
+    dpkg-deb --fsys-tarfile "$file" |
+      tar -C "$to" -xvf - --exclude=./usr/share/doc --exclude=./usr/share/man --exclude=./usr/share/locale \
+        --keep-directory-symlink | sed -e 's,^\.,,' -e 's,/$,,' -e '/^$/d'
+  } >"$info/$name.list"
+  dpkg-deb --ctrl-tarfile "$file" | tar -C "$info" --transform "s,^\./,$name.," -xf - --wildcards './s*' 2>/dev/null || true
+  sed -e '1a Status: install ok installed' <<<"$fields" >"$info/$name.status"
 }
 
 # Fetches packages with all that they depend on, and unpacks them.
 debian_packages() { # folder, release, architecture, packages...
-  local to=$1 release=$2 architecture=$3 state file link target
+  local to=$1 release=$2 architecture=$3 state link target
   shift 3
-  mkdir -p "$to"
+  mkdir -p "$to/var/lib/dpkg/info"
   if [ "$release" -ge 13 ]; then  # its packages have /usr alone; the links are base-files'
     for link in bin lib sbin; do
       mkdir -p "$to/usr/$link"
@@ -84,8 +82,11 @@ debian_packages() { # folder, release, architecture, packages...
   state=$(mktemp -d)
   debian_state "$state" "$release" "$architecture"
   apt-get -c "$state/apt.conf" -qq -y --download-only install "$@" >/dev/null
-  for file in "$state"/cache/archives/*.deb; do debian_unpack "$to" "$file"; done
-  rm -rf "$state"
+  export -f debian_unpack
+  printf '%s\0' "$state"/cache/archives/*.deb |
+    xargs -0 -n 20 -P "$(nproc)" bash -c 'set -e; to=$1; shift; for file; do debian_unpack "$to" "$file"; done' bash "$to"
+  sed '' "$to"/var/lib/dpkg/info/*.status | sed 's/^Package:/\n&/' >"$to/var/lib/dpkg/status"
+  rm -rf "$state" "$to"/var/lib/dpkg/info/*.status
   # Absolute links would lead out of the folder.
   find "$to" -type l -lname '/*' -printf '%p\t%l\n' | while IFS=$'\t' read -r link target; do
     ln -sfn "$(realpath -m --relative-to="$(dirname "$link")" "$to$target")" "$link"

@@ -9,7 +9,7 @@ packages=(
   libc6-dev libstdc++-12-dev libeigen3-dev libhwy-dev libnanopb-dev libopencv-core-dev libpng-dev libtomlplusplus-dev
   libcli11-dev libcamera-dev libgpiod-dev libsystemd-dev
   # of the tests
-  libgtest-dev librapidcheck-dev libprotobuf-dev libopencv-calib3d-dev)
+  libgtest-dev librapidcheck-dev libprotobuf-dev)
 
 architecture=
 release=12

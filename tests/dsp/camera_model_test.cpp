@@ -4,43 +4,14 @@
 
 #include <cmath>
 #include <limits>
-#include <opencv2/calib3d.hpp>
 #include <vector>
 
 #include "dsp/optics/view.hpp"
+#include "tests/dsp/lenses.hpp"
 #include "tests/fakes/synthetic_scene.hpp"
 
 namespace srd::dsp {
 namespace {
-
-struct Lens {
-  double fx, fy, cx, cy;
-  std::vector<double> distortion;
-  double field;  // largest normalised coordinate that its image holds
-};
-
-// Every length that OpenCV writes. The rational one is a real calibration whose numerator and denominator nearly cancel.
-std::vector<Lens> lenses() {
-  return {
-      {2150, 2150, 648, 315, {}, 0.32},
-      {2150, 2140, 648, 315, {-0.21, 0.09, -0.004, -0.0035}, 0.32},
-      {2150, 2140, 648, 315, {-0.21, 0.09, -0.004, -0.0035, 0.3}, 0.32},
-      {2150, 2140, 648, 315, {-0.21, 0.09, -0.004, -0.0035, 0.3, 0.05, -0.02, 0.01}, 0.32},
-      {2150, 2140, 648, 315, {-0.21, 0.09, -0.004, -0.0035, 0.3, 0.05, -0.02, 0.01, 2e-3, -1e-3, 3e-3, 1e-3}, 0.32},
-      {2150, 2140, 648, 315,
-       {-0.21, 0.09, -0.004, -0.0035, 0.3, 0.05, -0.02, 0.01, 2e-3, -1e-3, 3e-3, 1e-3, 0.02, -0.03}, 0.32},
-      {3677.2454479896355, 3691.2551717542042, 861.39701539762382, 579.07482041753951,
-       {5.6299665198342461e+02, 3.6617556466798925e+02, -4.0019866575092622e-03, -3.3448739522447973e-03,
-        -1.0574361556358065e+03, 5.6096566458243137e+02, 5.1134300014322565e+02, -1.2666510698168281e+03, 0, 0, 0, 0,
-        0, 0},
-       0.28},
-  };
-}
-
-template <class S>
-CameraModel<S> camera_of(const Lens& lens) {
-  return CameraModel<S>::make(lens.fx, lens.fy, lens.cx, lens.cy, lens.distortion).value();
-}
 
 // Points over the lens's field.
 std::vector<Vec2<double>> field(const Lens& lens) {
@@ -48,32 +19,6 @@ std::vector<Vec2<double>> field(const Lens& lens) {
   for (int i = -4; i <= 4; ++i)
     for (int j = -4; j <= 4; ++j) out.emplace_back(lens.field * i / 4.0 + 0.003, 0.6 * lens.field * j / 4.0 - 0.002);
   return out;
-}
-
-TEST(CameraModel, ProjectsAsOpenCvDoes) {
-  for (const Lens& lens : lenses()) {
-    const auto camera = camera_of<double>(lens);
-    View<double> view{camera, {}};
-    view.pose = fakes::look_at(camera, {300, 120, 900}, {100, 200, 0}).pose;
-    std::vector<cv::Point3d> points;
-    for (int x = 0; x <= 200; x += 40)
-      for (int y = 100; y <= 300; y += 40) points.emplace_back(x, y, 3.0 * ((x + y) % 7));
-    cv::Mat rotation(3, 3, CV_64F), rodrigues;
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) rotation.at<double>(i, j) = view.pose.rotation(i, j);
-    cv::Rodrigues(rotation, rodrigues);
-    const cv::Matx33d k(lens.fx, 0, lens.cx, 0, lens.fy, lens.cy, 0, 0, 1);
-    const auto& t = view.pose.translation;
-    std::vector<cv::Point2d> pixels;
-    cv::projectPoints(points, rodrigues, cv::Vec3d(t.x(), t.y(), t.z()), k, lens.distortion, pixels);
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const auto xy = view.normalised({points[i].x, points[i].y, points[i].z});
-      ASSERT_TRUE(xy.ok());
-      const Vec2<double> pixel = camera.pixel(*xy);
-      EXPECT_NEAR(pixel.x(), pixels[i].x, 1e-8) << lens.distortion.size() << " entries";
-      EXPECT_NEAR(pixel.y(), pixels[i].y, 1e-8) << lens.distortion.size() << " entries";
-    }
-  }
 }
 
 TEST(CameraModel, JacobianIsTheCentralDifference) {

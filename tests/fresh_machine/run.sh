@@ -2,14 +2,16 @@
 # A computer that has nothing but Debian 12: makes a minimal system, installs every packages.txt of the project in it, and finds
 # there every program that the project's scripts call; then configures every preset. The system is kept by the content of the
 # lists and is read-only while it is used. Needs root. Ends with 0 when every check held.
-# --demo: then board/demo.sh in it, from nothing, as a user's first command on a new computer.
+# --demo: then board/demo.sh in it, from nothing, as a user's first command on a new computer. --make: the system, no more.
 set -uo pipefail
 
-usage() { echo "usage: tests/fresh_machine/run.sh [--demo]"; }
+usage() { echo "usage: tests/fresh_machine/run.sh [--demo | --make]"; }
 demo=false
+make=false
 for argument in "$@"; do
   case $argument in
     --demo) demo=true ;;
+    --make) make=true ;;
     -h | --help) usage; exit 0 ;;
     *) usage >&2; exit 2 ;;
   esac
@@ -52,6 +54,8 @@ if [ ! -d "$system" ]; then
   trap 'rm -rf --one-file-system -- "$part"' EXIT
   make_system >"$work.log" 2>&1 </dev/null || { tail -n 30 "$work.log"; exit 1; }
 fi
+
+! $make || exit 0
 
 # A clone of what is here, as git would hand it to a stranger, with the sysroots beside it.
 rm -rf -- "$work"

@@ -6,16 +6,19 @@ set -uo pipefail
 
 usage() {
   cat <<'USAGE'
-usage: tests/packaging/run.sh [--debian 12|13] [amd64|arm64|armhf]...   (default: all three)
+usage: tests/packaging/run.sh [--debian 12|13] [--make] [amd64|arm64|armhf]...   (default: all three)
+  --make: the emulated systems, no more
   builds: amd64 in build/host, arm64 in build/arm64, armhf in build/armhf; with --debian 13 in build/<those>-debian13
 USAGE
 }
 
 release=12
+make=false
 architectures=()
 while [ $# -gt 0 ]; do
   case $1 in
     amd64 | arm64 | armhf) architectures+=("$1") ;;
+    --make) make=true ;;
     --debian) release=${2:-}; shift ;;
     -h | --help) usage; exit 0 ;;
     *) usage >&2; exit 2 ;;
@@ -43,6 +46,13 @@ if [ "$(id -u)" -ne 0 ]; then
   exit 2
 fi
 tests/install_packages.sh toolchains/packages.txt || exit 2
+
+if $make; then
+  for architecture in "${architectures[@]}"; do
+    know_interpreter "$architecture" && make_root "$architecture" "$release" || exit 1
+  done
+  exit 0
+fi
 
 # The same package with a later version and a profile that differs: what a release would be.
 make_next() { # from, to, suffix
