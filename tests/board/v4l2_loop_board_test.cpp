@@ -25,6 +25,7 @@
 #include "tests/board/vivid.hpp"
 #include "tests/fakes/allocation_gauge.hpp"
 #include "tests/fakes/scratch_folder.hpp"
+#include "tests/fakes/test_data.hpp"
 
 namespace srd::board {
 namespace {
@@ -35,7 +36,7 @@ constexpr std::uint32_t kImages = 12;
 // Where the flume's frames are: on a board the tests run without the source tree.
 std::string data_folder() {
   const char* given = std::getenv("SRD_BOARD_DATA");
-  return (given != nullptr ? std::string(given) : std::string(SRD_TEST_DATA)) + "/flume-small";
+  return (given != nullptr ? std::string(given) : fakes::test_data().string()) + "/flume-small";
 }
 
 v4l2_dv_timings timings_640x480() {

@@ -3,13 +3,14 @@
 #include "drivers/camera/simulator/renderer.hpp"
 #include "drivers/recording/recording.hpp"
 #include "drivers/recording/truth.hpp"
+#include "tests/fakes/test_data.hpp"
 
 namespace srd {
 namespace {
 
 TEST(SimulatedData, IsWhatItsSceneRenders) {
   for (const char* name : {"flume-small", "pair-camera-1", "pair-camera-2"}) {
-    const auto folder = std::filesystem::path(SRD_TEST_DATA) / name;
+    const auto folder = fakes::test_data() / name;
     const auto scene = read_scene(folder / "scene.toml");
     ASSERT_TRUE(scene) << scene.error().text();
     auto renderer = Renderer::make(*scene);

@@ -10,6 +10,8 @@
 #include <string>
 #include <string_view>
 
+#include "tests/fakes/test_data.hpp"
+
 namespace srd::fakes {
 
 class ScratchFolder {
@@ -48,7 +50,7 @@ class ScratchFolder {
 // The lab's recordings, which are not part of the project: SRD_DATA, or shared/data beside the source.
 [[nodiscard]] inline std::filesystem::path lab_data() {
   if (const char* environment = std::getenv("SRD_DATA")) return environment;
-  return (std::filesystem::path(SRD_TEST_DATA) / "../../../shared/data").lexically_normal();
+  return (test_data() / "../../../shared/data").lexically_normal();
 }
 
 }  // namespace srd::fakes

@@ -4,6 +4,7 @@
 
 #include "firmware/config/camera_factory.hpp"
 #include "firmware/config/instrument.hpp"
+#include "tests/fakes/test_data.hpp"
 
 namespace srd::firmware {
 namespace {
@@ -14,8 +15,9 @@ NodeConfig parsed(const std::string& camera, const std::string& rest = {}) {
   return config ? *config : NodeConfig{};
 }
 
-const std::string kGeometry = "[geometry]\ncalibration = \"" SRD_TEST_DATA "/flume-small/calibration.yml\"\npose = \"" SRD_TEST_DATA
-                              "/flume-small/pose.yml\"\npoints = \"" SRD_TEST_DATA "/flume-small/points.txt\"\n";
+const std::string kFolder = fakes::test_data().string() + "/flume-small";
+const std::string kGeometry = "[geometry]\ncalibration = \"" + kFolder + "/calibration.yml\"\npose = \"" + kFolder +
+                              "/pose.yml\"\npoints = \"" + kFolder + "/points.txt\"\n";
 
 TEST(CameraSection, HasDefaultsThatChangeNothingOfTheCamera) {
   const NodeConfig config = parsed("source = \"v4l2:/dev/video0\"\n");

@@ -13,6 +13,7 @@
 #include "tests/fakes/allocation_gauge.hpp"
 #include "tests/fakes/live_camera.hpp"
 #include "tests/fakes/scratch_folder.hpp"
+#include "tests/fakes/test_data.hpp"
 
 namespace srd::firmware {
 namespace {
@@ -116,7 +117,7 @@ TEST(FrameLoop, ADeadlineFarAwayChangesNothing) {
 }
 
 TEST(FrameLoop, EveryFrameYieldsARecordInOrder) {
-  Instrument instrument = instrument_of(kRecorded, std::string(SRD_TEST_DATA) + "/flume-small");
+  Instrument instrument = instrument_of(kRecorded, fakes::test_data().string() + "/flume-small");
   const auto records = run(instrument, 0);
   ASSERT_EQ(records.size(), 12u);
   for (std::size_t i = 0; i < records.size(); ++i) {
@@ -228,7 +229,7 @@ TEST(FrameLoop, ALateFrameIsNoGapOfTheSource) {
 }
 
 TEST(FrameLoop, ARecordThatFindsNoRoomIsOfferedAgain) {
-  Instrument instrument = instrument_of(kRecorded, std::string(SRD_TEST_DATA) + "/flume-small");
+  Instrument instrument = instrument_of(kRecorded, fakes::test_data().string() + "/flume-small");
   ASSERT_TRUE(instrument.camera->start().ok());
   std::vector<proto::CoefficientFrame> records;
   int refused = 0;
@@ -303,7 +304,7 @@ double correlation(const std::vector<double>& a, const std::vector<double>& b) {
 TEST(FrameLoop, FollowsThePublishedSeriesOf2017) {
   const std::filesystem::path data = fakes::lab_data() / "opensrd-2017";
   if (!std::filesystem::exists(data)) GTEST_SKIP() << "no recordings at " << data << ": set SRD_DATA";
-  auto config = NodeConfig::load(std::string(SRD_TEST_DATA) + "/../../board/replay/opensrd-2017.toml");
+  auto config = NodeConfig::load(fakes::test_data().string() + "/../../board/replay/opensrd-2017.toml");
   ASSERT_TRUE(config.ok()) << config.error().text();
   config->camera = CameraSource{"recording", (data / "DATA/ProcessedPaper_CAM1").string()};
   config->pace = Pace::kMax;

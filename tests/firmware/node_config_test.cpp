@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "firmware/config/instrument.hpp"
+#include "tests/fakes/test_data.hpp"
 
 namespace srd::firmware {
 namespace {
@@ -100,7 +101,7 @@ TEST(Instrument, TakesPlaceAndPatternFromARecording) {
   auto config = NodeConfig::parse(
       "[surface]\nguess_mm = [80]\nlx_mm = 240\nly_mm = 440\n", "node.toml");
   ASSERT_TRUE(config.ok()) << config.error().text();
-  config->camera = CameraSource{"recording", std::string(SRD_TEST_DATA) + "/flume-small"};
+  config->camera = CameraSource{"recording", fakes::test_data().string() + "/flume-small"};
   const auto instrument = make_instrument(*config);
   ASSERT_TRUE(instrument.ok()) << instrument.error().text();
   EXPECT_EQ(instrument->width, 640);
@@ -136,7 +137,7 @@ TEST(Instrument, SaysWhichFileIsMissing) {
   const auto no_camera = make_instrument(*config);
   ASSERT_FALSE(no_camera.ok());
   EXPECT_EQ(no_camera.error().exit, Exit::kUsage);
-  config->camera = CameraSource{"recording", std::string(SRD_TEST_DATA) + "/flume-small"};
+  config->camera = CameraSource{"recording", fakes::test_data().string() + "/flume-small"};
   config->calibration = "recording:elsewhere.yml";
   const auto instrument = make_instrument(*config);
   ASSERT_FALSE(instrument.ok());

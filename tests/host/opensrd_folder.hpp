@@ -16,6 +16,7 @@
 #include "drivers/support/csv_table.hpp"
 #include "tests/fakes/scratch_folder.hpp"
 #include "tests/fakes/synthetic_scene.hpp"
+#include "tests/fakes/test_data.hpp"
 
 namespace srd::host {
 
@@ -195,7 +196,7 @@ inline std::optional<std::filesystem::path> lab_data() {
   const char* environment = std::getenv("SRD_DATA");
   const std::filesystem::path root =
       environment != nullptr ? std::filesystem::path(environment)
-                             : (std::filesystem::path(SRD_TEST_DATA) / "../../../shared/data").lexically_normal();
+                             : (fakes::test_data() / "../../../shared/data").lexically_normal();
   if (!std::filesystem::is_directory(root)) return std::nullopt;
   return root;
 }
