@@ -99,6 +99,7 @@ class SurfaceEstimator {
   // After an estimate that has not failed: |pixel error| / sigma of every corner, in the order in which they were given.
   void error_sizes(std::span<S> out) const;
   [[nodiscard]] const SurfaceModel<S>& model() const { return model_; }
+  [[nodiscard]] Metric metric() const { return metric_; }
   // With free_index, with the index of the last surface.
   [[nodiscard]] const Media<S>& media() const { return media_; }
   [[nodiscard]] std::span<const Vec3<S>> bottom_points() const { return points_; }

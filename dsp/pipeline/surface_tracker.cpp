@@ -62,6 +62,7 @@ const FrameResult<S>& SurfaceTracker<S>::process(std::span<const GrayView> image
   result_.expected = 0;
   result_.found = 0;
   result_.estimate = Estimate<S>{};
+  result_.detection_ns = result_.estimation_ns = 0;
   result_.observations = {};
   bool sizes_fit = images.size() == cameras_.size();
   for (std::size_t c = 0; sizes_fit && c < cameras_.size(); ++c)
@@ -72,6 +73,36 @@ const FrameResult<S>& SurfaceTracker<S>::process(std::span<const GrayView> image
     return result_;
   }
 
+  const std::int64_t begin = now_ns();
+  TrackStatus status = find_surface(images, time_ns);
+
+  if (status == TrackStatus::kOk) {
+    history_.add(time_ns, result_.estimate.coefficients);
+    missed_ = 0;
+    state_ = TrackState::kTracking;
+  } else {
+    if (state_ == TrackState::kTracking) state_ = TrackState::kLost;
+    if (++missed_ > kPatience) history_.reset();
+    if (history_.size() == 0) state_ = TrackState::kSearching;
+  }
+  // The track goes on: what a frame contradicts is its surface, not where the corners are.
+  if (status == TrackStatus::kOk) {
+    for (std::size_t c = 0; c < cameras_.size(); ++c)
+      if (is_interlaced(cameras_[c], images[c])) status = TrackStatus::kInterlaced;
+    if (is_inconsistent() && status == TrackStatus::kOk) status = TrackStatus::kInconsistent;
+  }
+  ++processed_;
+  result_.detection_ns = now_ns() - begin - result_.estimation_ns;
+  result_.status = status;
+  result_.state = state_;
+  result_.found = count_found();
+  for (std::size_t c = 0; c < cameras_.size(); ++c) result_.observations[c] = cameras_[c].observations;
+  return result_;
+}
+
+// The frame's surface, if it has one: its corners round where the last surface predicts them, else wherever they are.
+template <class S>
+TrackStatus SurfaceTracker<S>::find_surface(std::span<const GrayView> images, std::int64_t time_ns) {
   const std::span<const Coefficients<S>> starts = history_.starts(time_ns);
   TrackStatus status = TrackStatus::kNoPattern;
   if (state_ == TrackState::kTracking) {
@@ -102,28 +133,7 @@ const FrameResult<S>& SurfaceTracker<S>::process(std::span<const GrayView> image
       }
     }
   }
-
-  if (status == TrackStatus::kOk) {
-    history_.add(time_ns, result_.estimate.coefficients);
-    missed_ = 0;
-    state_ = TrackState::kTracking;
-  } else {
-    if (state_ == TrackState::kTracking) state_ = TrackState::kLost;
-    if (++missed_ > kPatience) history_.reset();
-    if (history_.size() == 0) state_ = TrackState::kSearching;
-  }
-  // The track goes on: what a frame contradicts is its surface, not where the corners are.
-  if (status == TrackStatus::kOk) {
-    for (std::size_t c = 0; c < cameras_.size(); ++c)
-      if (is_interlaced(cameras_[c], images[c])) status = TrackStatus::kInterlaced;
-    if (is_inconsistent() && status == TrackStatus::kOk) status = TrackStatus::kInconsistent;
-  }
-  ++processed_;
-  result_.status = status;
-  result_.state = state_;
-  result_.found = count_found();
-  for (std::size_t c = 0; c < cameras_.size(); ++c) result_.observations[c] = cameras_[c].observations;
-  return result_;
+  return status;
 }
 
 // Looks for each point round its prediction.
@@ -180,8 +190,16 @@ int SurfaceTracker<S>::count_found() const {
 
 template <class S>
 TrackStatus SurfaceTracker<S>::estimate(std::span<const Coefficients<S>> starts, bool timed) {
+  const std::int64_t begin = now_ns();
+  const TrackStatus status = fit(starts, timed);
+  result_.estimation_ns += now_ns() - begin;
+  return status;
+}
+
+template <class S>
+TrackStatus SurfaceTracker<S>::fit(std::span<const Coefficients<S>> starts, bool timed) {
   std::array<CameraObservations<S>, kMaxCameras> seen;
-  const auto fit = [&]() {
+  const auto fit_once = [&]() {
     for (std::size_t c = 0; c < cameras_.size(); ++c)
       seen[c] = {&cameras_[c].setup.view, cameras_[c].observations};
     result_.estimate = estimator_.estimate(std::span(seen).first(cameras_.size()), starts, timed);
@@ -195,13 +213,13 @@ TrackStatus SurfaceTracker<S>::estimate(std::span<const Coefficients<S>> starts,
                                                                                    : TrackStatus::kPoorFit;
   };
   if (count_found() < options_.min_corners) return TrackStatus::kTooFewCorners;
-  TrackStatus status = fit();
+  TrackStatus status = fit_once();
   if (status == TrackStatus::kSolverFailed || result_.estimate.stop == Stop::kDeadline) return status;
   if (options_.outlier_factor > 0 && drop_outliers()) {
     if (count_found() < options_.min_corners) return TrackStatus::kTooFewCorners;
     const Coefficients<S> refined = result_.estimate.coefficients;
     starts = std::span<const Coefficients<S>>(&refined, 1);
-    status = fit();
+    status = fit_once();
   }
   return status;
 }

@@ -29,6 +29,8 @@ struct SurfaceTrackerOptions {
   // is inconsistent; 0: none is. What a print's own faults leave is in the frames before, too.
   double inconsistent_factor = 9;
   bool weigh_corners = true;     // false: every corner counts alike, as in the published method
+  // Monotonic time, ns, read twice a fit: for FrameResult's times. May not throw or block; null: they stay 0.
+  std::int64_t (*now_ns)() = nullptr;
 };
 
 enum class TrackState : std::uint8_t { kSearching, kTracking, kLost };
@@ -53,7 +55,9 @@ struct FrameResult {
   bool acquired = false;    // found by full detection in this frame
   int expected = 0;         // corners predicted inside the images and regions
   int found = 0;            // corners located
-  Estimate<S> estimate;     // valid with kOk; estimate.corners_used were used
+  Estimate<S> estimate;     // valid with has_estimate(); estimate.corners_used were used
+  // Time spent: prediction, detection and tracking of corners; fits of surfaces. 0 without SurfaceTrackerOptions::now_ns.
+  std::int64_t detection_ns = 0, estimation_ns = 0;
   bool has_surface() const { return status == TrackStatus::kOk; }
   // Also one that the frame contradicts: for whoever looks at the status.
   bool has_estimate() const {
@@ -87,6 +91,7 @@ class SurfaceTracker {
 
   [[nodiscard]] const Pattern& pattern() const { return pattern_; }
   [[nodiscard]] const SurfaceModel<S>& model() const { return estimator_.model(); }
+  [[nodiscard]] Metric metric() const { return estimator_.metric(); }
 
  private:
   struct PerCamera {
@@ -115,6 +120,9 @@ class SurfaceTracker {
   [[nodiscard]] bool bright(int point) const { return pattern_.odd(point) != bright_origin_; }
   // timed: the estimator's deadline holds. A search of the whole image has none: it takes longer than any frame may.
   [[nodiscard]] TrackStatus estimate(std::span<const Coefficients<S>> starts, bool timed);
+  [[nodiscard]] TrackStatus fit(std::span<const Coefficients<S>> starts, bool timed);
+  [[nodiscard]] TrackStatus find_surface(std::span<const GrayView> images, std::int64_t time_ns);
+  [[nodiscard]] std::int64_t now_ns() const { return options_.now_ns != nullptr ? options_.now_ns() : 0; }
   [[nodiscard]] bool drop_outliers();
   [[nodiscard]] bool is_inconsistent();
   [[nodiscard]] bool is_interlaced(const PerCamera& camera, const GrayView& image) const;

@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "drivers/recording/rig.hpp"
+#include "drivers/support/system_clock.hpp"
 #include "drivers/support/text_file.hpp"
 #include "dsp/optics/water_index.hpp"
 #include "firmware/config/camera_factory.hpp"
@@ -211,8 +212,9 @@ Outcome<Instrument> make_instrument(const NodeConfig& config, FrameDeadline::Clo
     estimator.deadline = FrameDeadline::ask;
     estimator.deadline_context = instrument.deadline.get();
   }
-  auto tracker = dsp::SurfaceTracker<float>::make(std::span(&setup, 1), *pattern, model, media, guess, estimator,
-                                                  config.tracker);
+  dsp::SurfaceTrackerOptions options = config.tracker;
+  options.now_ns = [] { return clock_ns(CLOCK_MONOTONIC); };
+  auto tracker = dsp::SurfaceTracker<float>::make(std::span(&setup, 1), *pattern, model, media, guess, estimator, options);
   if (!tracker)
     return Problem{Exit::kUsage, "the surface cannot be fitted with these settings", config_where(config),
                    "bounds and scales that fit the modes", to_string(tracker.error()), ""};

@@ -4,6 +4,7 @@
 #include <thread>
 
 #include "drivers/support/system_clock.hpp"
+#include "proto/frame_from_estimate.hpp"
 
 namespace srd::firmware {
 
@@ -12,6 +13,8 @@ namespace {
 constexpr std::size_t kRingFrames = 64;  // more than any camera has buffers
 constexpr auto kCaptureTimeout = std::chrono::milliseconds(100);
 constexpr auto kWaitForRoom = std::chrono::milliseconds(1);
+
+[[nodiscard]] std::uint32_t microseconds(std::int64_t ns) { return static_cast<std::uint32_t>(ns / 1000); }
 
 // The wall clock's reading at a sensor time, 0 for clocks that have no relation to it.
 void set_wall_time(proto::Stamp& stamp) {
@@ -37,10 +40,7 @@ proto::FrameStatus status_of(const dsp::FrameResult<float>& result) {
   using dsp::TrackStatus;
   using proto::FrameStatus;
   switch (result.status) {
-    case TrackStatus::kOk:
-      return result.estimate.stop == dsp::Stop::kMaxIterations || result.estimate.stop == dsp::Stop::kDeadline
-                 ? FrameStatus::kNotConverged
-                 : FrameStatus::kOk;
+    case TrackStatus::kOk: return FrameStatus::kOk;
     case TrackStatus::kNoPattern:
       return result.state == dsp::TrackState::kLost ? FrameStatus::kLost : FrameStatus::kSearching;
     case TrackStatus::kTooFewCorners: return FrameStatus::kTooFewCorners;
@@ -168,7 +168,7 @@ void FrameLoop::count_gap(const CameraFrame& frame) {
 
 void FrameLoop::make_record(const Captured& captured) {
   const CameraFrame& frame = captured.frame;
-  const auto begin = std::chrono::steady_clock::now();
+  const std::int64_t begin = clock_ns(CLOCK_MONOTONIC);
   if (options_.deadline != nullptr) options_.deadline->start();
   record_.stamp.sensor_time_ns = frame.time_ns;
   record_.stamp.clock = frame.clock;
@@ -179,7 +179,9 @@ void FrameLoop::make_record(const Captured& captured) {
   record_.dropped_before = dropped_before_;
   record_.coefficients.resize(0);
   record_.information = {};
+  record_.metric = tracker_.metric();
   record_.mean_error = record_.reprojection_rms_px = 0;
+  record_.detection_us = record_.estimation_us = 0;
   record_.stop = dsp::Stop::kTooFewCorners;
   record_.at_bound = false;
   record_.iterations = record_.corners_expected = record_.corners_found = record_.corners_used = 0;
@@ -195,7 +197,6 @@ void FrameLoop::make_record(const Captured& captured) {
     // Once: an eighth of one image.
     if (!result.has_surface() && !first_image_.taken()) first_image_ = ImageSketch(frame.image);
     camera_.give_back(frame);
-    record_.status = status_of(result);
     record_.corners_expected = static_cast<std::uint32_t>(result.expected);
     record_.corners_found = static_cast<std::uint32_t>(result.found);
     const auto before = static_cast<proto::NodeState>(counters_.state.load(std::memory_order_relaxed));
@@ -204,6 +205,8 @@ void FrameLoop::make_record(const Captured& captured) {
     counters_.state.store(static_cast<std::uint8_t>(now), std::memory_order_relaxed);
     if (result.acquired) count(counters_.acquired);
     if (result.estimate.stop == dsp::Stop::kDeadline) count(counters_.hurried);
+    record_.detection_us = microseconds(result.detection_ns);
+    record_.estimation_us = microseconds(result.estimation_ns);
     if (result.status == dsp::TrackStatus::kSolverFailed) {
       record_.stop = result.estimate.stop;
       if (result.estimate.rank.singular()) {
@@ -211,21 +214,12 @@ void FrameLoop::make_record(const Captured& captured) {
         last_singular_ = result.estimate.rank;
       }
     }
-    if (result.has_estimate()) {
-      const dsp::Estimate<float>& estimate = result.estimate;
-      record_.coefficients = estimate.coefficients;
-      if (!proto::quantise(estimate.information, record_.information)) record_.information = {};
-      record_.mean_error = estimate.mean_error;
-      record_.reprojection_rms_px = estimate.reprojection_rms;
-      record_.stop = estimate.stop;
-      record_.at_bound = estimate.at_bound;
-      record_.iterations = static_cast<std::uint32_t>(estimate.iterations);
-      record_.corners_used = static_cast<std::uint32_t>(estimate.corners_used);
-      if (result.has_surface()) count(counters_.surfaces);
-    }
+    // What the tracker says of a surface counts more than what the estimate says of itself.
+    if (result.has_estimate()) proto::set_estimate(result.estimate, tracker_.metric(), record_);
+    if (!result.has_surface()) record_.status = status_of(result);
+    if (result.has_surface() && record_.has_surface()) count(counters_.surfaces);
   }
-  record_.total_us = static_cast<std::uint32_t>(
-      std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now() - begin).count());
+  record_.total_us = microseconds(clock_ns(CLOCK_MONOTONIC) - begin);
 }
 
 void FrameLoop::deliver() {

@@ -129,6 +129,37 @@ TEST(FrameLoop, EveryFrameYieldsARecordInOrder) {
   }
 }
 
+TEST(FrameLoop, RecordsSayInWhichMetricTheirErrorsAre) {
+  for (const auto& [name, metric] : {std::pair{"reprojection", dsp::Metric::kReprojection}, {"disparity", dsp::Metric::kDisparity},
+                                     {"collinearity", dsp::Metric::kCollinearity}}) {
+    auto config = NodeConfig::parse(std::string(kSimulated) + "[estimator]\nmetric = \"" + name + "\"\n", "node.toml");
+    ASSERT_TRUE(config.ok()) << config.error().text();
+    config->pace = Pace::kMax;
+    auto instrument = make_instrument(*config);
+    ASSERT_TRUE(instrument.ok()) << instrument.error().text();
+    for (const auto& record : run(*instrument, 3)) {
+      EXPECT_EQ(record.metric, metric);
+      EXPECT_GT(record.mean_error, 0) << name;
+      // The mean distance is 1.25 times the rms of one axis; half a millimetre on the bottom is a pixel, two milliradians
+      // between normals are.
+      if (metric == dsp::Metric::kReprojection) {
+        EXPECT_GT(record.mean_error, record.reprojection_rms_px);
+      } else {
+        EXPECT_LT(record.mean_error, record.reprojection_rms_px) << name;
+      }
+    }
+  }
+}
+
+TEST(FrameLoop, RecordsSayWhatTheirTimeWentInto) {
+  Instrument instrument = instrument_of(kRecorded, fakes::test_data().string() + "/flume-small");
+  for (const auto& record : run(instrument, 0)) {
+    EXPECT_GT(record.detection_us, 0u);
+    EXPECT_GT(record.estimation_us, 0u);
+    EXPECT_LE(record.detection_us + record.estimation_us, record.total_us);
+  }
+}
+
 // A camera whose frames are good, bad, missing and away, in a fixed order.
 class FaultyCamera final : public Camera {
  public:
