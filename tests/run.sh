@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, runs every test that needs no hardware: built by GCC, then by Clang with
 # address and undefined-behaviour sanitizers (the slow tests not again), then the node's threads under the thread sanitizer.
-# --quick: GCC only, without the slow tests. --boards: then also for boards, all emulated: unit tests for arm64, those of
-# the arithmetic and the wire for armhf, their results against this machine's bit for bit, srd-node on a board with cameras
-# and GPIO lines, packages installed, upgraded and removed, and what a computer with nothing but Debian 12 on it has after
-# the lists of packages are installed. --all: then also the drivers as built for Debian 13 and armhf's package.
+# --quick: GCC only, without the slow tests. --boards: then also for boards, all emulated: unit tests for arm64, their
+# results against this machine's bit for bit, srd-node on a board with cameras and GPIO lines, packages installed, upgraded
+# and removed, and what a computer with nothing but Debian 12 on it has after the lists of packages are installed.
+# --all: then also armhf (tests of the arithmetic and the wire, bit for bit, its package) and the drivers built for Debian 13.
 # Ends with the seconds of each stage, and "N passed, N failed, N skipped". Exit code 0 only when nothing failed.
 set -euo pipefail
 
@@ -73,17 +73,17 @@ for stage in "${stages[@]}"; do run_stage "$stage"; done
 if $boards; then
   run_job "what boards need" wait_for "$prepared" build/prepare.log
   echo "Emulated boards leave out the tests of the pattern metric, which srd-node has not, and those of thousands of noise draws."
-  for board in arm64 armhf; do
+  architectures=(arm64)
+  debian13=()
+  if $all; then architectures+=(armhf) debian13=(--debian13); fi
+  for board in "${architectures[@]}"; do
     run_stage "$board"
     run_job "$board bit for bit" tests/bench/compare_architectures.sh "$board" 4
   done
-  debian13=()
-  packages=(amd64 arm64)
-  if $all; then debian13=(--debian13) packages+=(armhf); fi
   run_job "virtual board" tests/virtual_board/run.sh "${debian13[@]}"
   if [ "$(id -u)" -eq 0 ]; then
     run_job "fresh machine" tests/fresh_machine/run.sh
-    run_job "packages" tests/packaging/run.sh "${packages[@]}"
+    run_job "packages" tests/packaging/run.sh amd64 "${architectures[@]}"
   else
     echo "Not run, they need root: tests/fresh_machine/run.sh, tests/packaging/run.sh"
   fi
