@@ -56,7 +56,9 @@ TEST(Doctor, FindsNothingWrongWithASimulatedNode) {
   config.record.min_free_mib = 0;
   const Outcome<NodeConfig> loaded = config;
   Diagnosis diagnosis;
-  examine(&loaded, quick(), diagnosis);
+  DoctorOptions options = quick();
+  options.camera_time = std::chrono::milliseconds(4000);  // an emulated board renders a frame a second
+  examine(&loaded, options, diagnosis);
   EXPECT_EQ(diagnosis.exit(), Exit::kDone);
   expect(diagnosis, "camera", Verdict::kOk, "simulator");
   expect(diagnosis, "frames", Verdict::kOk, "50.00 frames/s, 0 missing");
