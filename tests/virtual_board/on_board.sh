@@ -117,7 +117,7 @@ kill "$(cat /tmp/player.id)"
 wait $player
 wait $faults
 check "troubled: all acknowledged, one run" [ "$code" -eq 0 ]
-for fault in "gaps:[1-9][0-9]* by the source" "marked buffers:[1-9][0-9]* error buffers" "disconnects:[2-9] disconnects" \
+for fault in "gaps:[1-9][0-9]* by the source" "marked buffers:[1-9][0-9]* error buffers?" "disconnects:[2-9] disconnects" \
   "returns:[2-9] reconnects"; do
   check "troubled: ${fault%%:*} counted" grep -qE "${fault#*:}" /w/troubled.log
 done
