@@ -54,7 +54,7 @@ CONF
 
 # Unpacks a package and notes it in the folder's own dpkg database, which tells dpkg-shlibdeps who owns a library.
 debian_unpack() { # folder, package file
-  local to=$1 file=$2 fields name info=$1/var/lib/dpkg/info part
+  local to=$1 file=$2 fields name info=$1/var/lib/dpkg/info
   fields=$(dpkg-deb -f "$file")
   name=$(sed -n 's/^Package: //p' <<<"$fields")
   ! grep -q '^Multi-Arch: same' <<<"$fields" || name=$name:$(sed -n 's/^Architecture: //p' <<<"$fields")
@@ -84,8 +84,8 @@ debian_packages() { # folder, release, architecture, packages...
   apt-get -c "$state/apt.conf" -qq -y --download-only install "$@" >/dev/null
   export -f debian_unpack
   printf '%s\0' "$state"/cache/archives/*.deb |
-    xargs -0 -n 20 -P "$(nproc)" bash -c 'set -e; to=$1; shift; for file; do debian_unpack "$to" "$file"; done' bash "$to"
-  sed '' "$to"/var/lib/dpkg/info/*.status | sed 's/^Package:/\n&/' >"$to/var/lib/dpkg/status"
+    xargs -0 -n 20 -P "$(nproc)" bash -euo pipefail -c 'to=$1; shift; for file; do debian_unpack "$to" "$file"; done' bash "$to"
+  sed 's/^Package:/\n&/' "$to"/var/lib/dpkg/info/*.status >"$to/var/lib/dpkg/status"
   rm -rf "$state" "$to"/var/lib/dpkg/info/*.status
   # Absolute links would lead out of the folder.
   find "$to" -type l -lname '/*' -printf '%p\t%l\n' | while IFS=$'\t' read -r link target; do
