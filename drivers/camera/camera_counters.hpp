@@ -8,6 +8,10 @@
 
 namespace srd {
 
+[[nodiscard]] inline std::uint64_t value_of(const std::atomic<std::uint64_t>& counter) noexcept {
+  return counter.load(std::memory_order_relaxed);
+}
+
 struct CameraCounters {
   std::atomic<std::uint64_t> error_buffers{0};  // frames that the device marked as damaged, or gave only a part of
   std::atomic<std::uint64_t> timeouts{0};       // spans without a frame, of a second and four periods at least
@@ -17,16 +21,15 @@ struct CameraCounters {
   std::atomic<std::uint64_t> requeue_failures{0};  // buffers that the device did not take back at once
 
   [[nodiscard]] bool any() const {
-    return error_buffers.load(std::memory_order_relaxed) + timeouts.load(std::memory_order_relaxed) +
-               disconnects.load(std::memory_order_relaxed) + bad_stamps.load(std::memory_order_relaxed) +
-               requeue_failures.load(std::memory_order_relaxed) >
+    return value_of(error_buffers) + value_of(timeouts) + value_of(disconnects) + value_of(bad_stamps) +
+               value_of(requeue_failures) >
            0;
   }
   // "3 error buffers, 1 timeout, 2 disconnects, 2 reconnects"; empty when there is nothing to say.
   [[nodiscard]] std::string text() const {
     std::string out;
     const auto say = [&](const std::atomic<std::uint64_t>& counter, const char* what) {
-      const std::uint64_t n = counter.load(std::memory_order_relaxed);
+      const std::uint64_t n = value_of(counter);
       if (n == 0) return;
       out += (out.empty() ? "" : ", ") + std::to_string(n) + " " + what + (n == 1 ? "" : "s");
     };
@@ -39,10 +42,6 @@ struct CameraCounters {
     return out;
   }
 };
-
-[[nodiscard]] inline std::uint64_t value_of(const std::atomic<std::uint64_t>& counter) noexcept {
-  return counter.load(std::memory_order_relaxed);
-}
 
 inline void count_one(std::atomic<std::uint64_t>& counter) noexcept {
   counter.fetch_add(1, std::memory_order_relaxed);

@@ -11,11 +11,11 @@
 #include <cstdio>
 #include <cstring>
 
+#include "drivers/recording/limits.hpp"
+
 namespace srd {
 
 namespace {
-
-constexpr int kMostPgmSide = 65535;  // px
 
 // A file read through a small buffer of its own: stdio takes one from the heap for every file.
 class FileReader {
@@ -81,7 +81,7 @@ int header_number(FileReader& file) {
   int number = -1;
   for (; c >= '0' && c <= '9'; c = file.get()) {
     number = std::max(number, 0) * 10 + (c - '0');
-    if (number > kMostPgmSide) return -1;
+    if (number > kMostSide) return -1;
   }
   return c >= 0 && std::isspace(c) != 0 ? number : -1;
 }

@@ -8,12 +8,13 @@
 #include <memory>
 #include <new>
 
+#include "drivers/recording/limits.hpp"
+
 namespace srd {
 
 namespace {
 
 constexpr std::size_t kSignatureBytes = 8;
-constexpr png_uint_32 kMostPngSide = 65535;  // px
 
 struct Closer {
   void operator()(std::FILE* file) const noexcept { (void)std::fclose(file); }
@@ -28,7 +29,7 @@ void keep_quiet(png_structp, png_const_charp) {}
 bool read_rows(png_structp png, png_infop info, std::FILE* file, GrayImage& image) {
   if (setjmp(png_jmpbuf(png)) != 0) return false;  // NOLINT: libpng's way
   png_init_io(png, file);
-  png_set_user_limits(png, kMostPngSide, kMostPngSide);
+  png_set_user_limits(png, kMostSide, kMostSide);
   png_read_info(png, info);
   const png_byte colour = png_get_color_type(png, info);
   png_set_expand(png);

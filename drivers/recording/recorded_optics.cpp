@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "drivers/recording/limits.hpp"
 #include "drivers/support/text_file.hpp"
 
 namespace srd {
@@ -10,7 +11,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kFarthestMm = 1e6;
 constexpr double kThickestMm = 1000;
 constexpr double kMostIndex = 3;
 
@@ -37,7 +37,7 @@ std::optional<dsp::SurfaceModel<double>> read_model(TomlTable& surface) {
   if (names && (!list || modes.size() != names->size()))
     surface.complain("modes", "1 to " + std::to_string(dsp::kMaxModes) + " different modes such as A00, B, C, A21",
                      std::to_string(names->size()) + " names, of which " + std::to_string(modes.size()) + " are modes");
-  const NumberRange length{1e-3, kFarthestMm, "mm"}, place{-kFarthestMm, kFarthestMm, "mm"};
+  const NumberRange length{1e-3, kMostMm, "mm"}, place{-kMostMm, kMostMm, "mm"};
   dsp::SurfaceModel<double> model;
   model.lx = required(surface, "lx_mm", length, "length scale Lx, mm");
   model.ly = required(surface, "ly_mm", length, "length scale Ly, mm");

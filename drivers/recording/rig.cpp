@@ -9,6 +9,7 @@
 #include <opencv2/core.hpp>
 
 #include "drivers/recording/lens_model.hpp"
+#include "drivers/recording/limits.hpp"
 #include "drivers/support/text_file.hpp"
 
 namespace srd {
@@ -20,7 +21,6 @@ namespace fs = std::filesystem;
 constexpr std::size_t kMostBytes = std::size_t{1} << 22;
 constexpr int kDeepest = 16;  // of brackets: OpenCV's parser recurses on them
 constexpr double kMostPixels = 1e6;
-constexpr double kMostMm = 1e6;
 
 Problem wrong(const fs::path& file, const std::string& key, const std::string& expected,
               const std::string& found, const std::string& advice = {}) {

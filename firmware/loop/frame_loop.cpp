@@ -73,6 +73,7 @@ FrameLoop::FrameLoop(Camera& camera, dsp::SurfaceTracker<float>& tracker, const 
                      TakeRecord take)
     : camera_(camera), tracker_(tracker), options_(options), take_(std::move(take)), ring_(kRingFrames) {
   record_.model = tracker.model();
+  record_.metric = tracker.metric();
   record_.refractive_index = static_cast<float>(options.refractive_index);
   const dsp::Vec2<double> centre = tracker.pattern().centre();
   record_.centre_x_mm = static_cast<float>(centre.x());
@@ -179,7 +180,6 @@ void FrameLoop::make_record(const Captured& captured) {
   record_.dropped_before = dropped_before_;
   record_.coefficients.resize(0);
   record_.information = {};
-  record_.metric = tracker_.metric();
   record_.mean_error = record_.reprojection_rms_px = 0;
   record_.detection_us = record_.estimation_us = 0;
   record_.stop = dsp::Stop::kTooFewCorners;
@@ -215,7 +215,7 @@ void FrameLoop::make_record(const Captured& captured) {
       }
     }
     // What the tracker says of a surface counts more than what the estimate says of itself.
-    if (result.has_estimate()) proto::set_estimate(result.estimate, tracker_.metric(), record_);
+    if (result.has_estimate()) proto::set_estimate(result.estimate, record_.metric, record_);
     if (!result.has_surface()) record_.status = status_of(result);
     if (result.has_surface() && record_.has_surface()) count(counters_.surfaces);
   }

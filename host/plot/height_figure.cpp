@@ -1,7 +1,5 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "drivers/support/formatted.hpp"
 #include "host/plot/figures.hpp"

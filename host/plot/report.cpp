@@ -1,8 +1,6 @@
 #include "host/plot/report.hpp"
 
-#include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "drivers/support/formatted.hpp"
 #include "drivers/support/text_file.hpp"

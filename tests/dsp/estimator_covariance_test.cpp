@@ -13,7 +13,6 @@ namespace srd::dsp {
 namespace {
 
 constexpr int kDraws = 400;
-constexpr double kNoise = 0.1;  // px
 // Every limit below is this many standard deviations of its own statistic: with some 300 checks on a true statement,
 // one in 500 runs of other seeds would fail.
 constexpr double kSigmas = 4.5;
@@ -32,7 +31,7 @@ class MonteCarlo : public testing::TestWithParam<std::tuple<Metric, int, int, bo
     auto estimator = fit.estimator();
     const Coefficients<S> start = fakes::level(parameters, 82).cast<S>();
     std::mt19937_64 random(static_cast<std::uint64_t>(100 * parameters + cameras));
-    std::normal_distribution<double> normal(0, kNoise);
+    std::normal_distribution<double> normal(0, kCornerNoise);
 
     Coefficients<double> sum = Coefficients<double>::Zero(parameters), squares = sum, variances = sum;
     double nees = 0, factor = 0;
@@ -42,7 +41,7 @@ class MonteCarlo : public testing::TestWithParam<std::tuple<Metric, int, int, bo
           Observation<S>& corner = fit.seen[view][i];
           for (int axis = 0; axis < 2; ++axis)
             corner.pixel[axis] = exact[view][i].pixel[axis] + static_cast<S>(normal(random));
-          corner.sigma = static_cast<S>(kNoise);
+          corner.sigma = static_cast<S>(kCornerNoise);
           corner.normalised = fit.views[view].camera.undistort(corner.pixel).value();
         }
       const auto found = estimator.estimate(fit.cameras(), std::span(&start, 1));
@@ -106,7 +105,7 @@ TEST(EstimatorCovariance, DeviationsAreTheInverseOfTheInformation) {
     options.metric = metric;
     Fit<double> fit(fakes::flume_scene(12, 2), options);
     std::mt19937_64 random(2);
-    fit.observe(kNoise, &random);
+    fit.observe(kCornerNoise, &random);
     const auto found = fit.from_flat();
     ASSERT_FALSE(failed(found.stop));
     ScaledCholesky factors;
@@ -125,7 +124,7 @@ TEST(EstimatorCovariance, HeightDeviationIsTheRootMeanSquareOverThePattern) {
       options.free_index = free_index;
       Fit<double> fit(fakes::flume_scene(12, 3), options);
       std::mt19937_64 random(2);
-      fit.observe(kNoise, &random);
+      fit.observe(kCornerNoise, &random);
       const auto found = fit.from_flat();
       ASSERT_FALSE(failed(found.stop)) << to_string(found.stop);
       ScaledCholesky factors;
@@ -150,7 +149,7 @@ TEST(EstimatorCovariance, ReprojectionIsTheMostPrecise) {
     options.metric = metric;
     Fit<double> fit(fakes::flume_scene(12, 1), options);
     std::mt19937_64 random(2);
-    fit.observe(kNoise, &random);
+    fit.observe(kCornerNoise, &random);
     const auto found = fit.from_flat();
     deviations.push_back(found.standard_deviation / std::sqrt(found.variance_factor));
   }

@@ -9,6 +9,7 @@
 
 namespace srd::dsp {
 
+inline constexpr double kCornerNoise = 0.1;  // px
 inline constexpr Metric kMetrics[] = {Metric::kReprojection, Metric::kDisparity, Metric::kCollinearity};
 
 template <class S>

@@ -13,7 +13,6 @@
 namespace srd::dsp {
 namespace {
 
-constexpr double kCornerNoise = 0.1;  // px
 
 // Corners with Gaussian noise, some of them pushed 3 to 30 px off in any direction.
 template <class S>

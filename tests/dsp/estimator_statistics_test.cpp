@@ -13,7 +13,6 @@ namespace srd::dsp {
 namespace {
 
 constexpr int kBoundDraws = 4000;
-constexpr double kBoundNoise = 0.1;  // px
 
 // (sum J'J / sigma^2)^-1 with J by central differences of the simulated pixels: nothing of the estimator's own.
 InformationMatrix<double> bound_covariance(const fakes::Scene& scene) {
@@ -29,7 +28,7 @@ InformationMatrix<double> bound_covariance(const fakes::Scene& scene) {
         moved.truth[k] += kStep;
         const Vec2<double> above = scene.views[view].camera.pixel(moved.seen(view, point));
         moved.truth[k] -= 2 * kStep;
-        j.col(k) = (above - scene.views[view].camera.pixel(moved.seen(view, point))) / (2 * kStep * kBoundNoise);
+        j.col(k) = (above - scene.views[view].camera.pixel(moved.seen(view, point))) / (2 * kStep * kCornerNoise);
       }
       information += j.transpose().lazyProduct(j);
     }
@@ -59,13 +58,13 @@ class SlowBound : public testing::TestWithParam<std::tuple<int, int>> {
     fit.observe();
     const auto exact = fit.seen;
     for (auto& view : fit.seen)
-      for (Observation<S>& corner : view) corner.sigma = static_cast<S>(kBoundNoise);
+      for (Observation<S>& corner : view) corner.sigma = static_cast<S>(kCornerNoise);
     auto estimator = fit.estimator();
     const Coefficients<S> start = fit.scene.truth.template cast<S>();
     const InformationMatrix<double> gram = surface_gram(fit.scene), bound = bound_covariance(fit.scene);
     const auto seen = fit.cameras();
     std::mt19937_64 random(static_cast<std::uint64_t>(1000 + 10 * parameters + cameras));
-    std::normal_distribution<double> normal(0, kBoundNoise);
+    std::normal_distribution<double> normal(0, kCornerNoise);
     Coefficients<double> sum = Coefficients<double>::Zero(parameters), squares = sum, variances = sum;
     double surface = 0, nees = 0;
     for (int draw = 0; draw < kBoundDraws; ++draw) {

@@ -9,17 +9,14 @@
 #include "drivers/support/text_file.hpp"
 #include "host/compare/command.hpp"
 #include "tests/fakes/scratch_folder.hpp"
+#include "tests/host/csv_header.hpp"
 
 namespace srd::host {
 namespace {
 
-const std::string kComparedHeader =
-    "node,boot,sequence,time_ns,clock,status,n_expected,n_found,n_used,mean_error,metric,height_mm,"
-    "A00,B,C,sd_A00,sd_B,sd_C\n";
-
 // Four frames; the second has no surface. Offsets from the truth: A00 +0.1, -0.1, +0.1; B +0.2 always.
 CoefficientRun estimated() {
-  std::string text = kComparedHeader;
+  std::string text = kThreeModesHeader;
   const double off[] = {0.1, 0, -0.1, 0.1};
   for (int i = 0; i < 4; ++i) {
     text += "n,1," + std::to_string(i) + "," + std::to_string(1000 + i) + ",monotonic,";
@@ -104,7 +101,7 @@ class CompareCommand : public testing::Test {
  protected:
   void SetUp() override {
     const auto file = [&](const char* name) { return (folder_ / name).string(); };
-    std::string text = kComparedHeader;
+    std::string text = kThreeModesHeader;
     for (int i = 0; i < 3; ++i)
       text += "n,1," + std::to_string(i) + "," + std::to_string(1000 + i) +
               ",monotonic,tracking,9,9,9,0.01,reprojection,80," + number_text(80.05 + i) +

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <CLI/CLI.hpp>
-#include <cstdlib>
 #include <map>
 #include <optional>
 #include <string>
@@ -16,7 +15,6 @@
 #include "drivers/support/csv_table.hpp"
 #include "tests/fakes/scratch_folder.hpp"
 #include "tests/fakes/synthetic_scene.hpp"
-#include "tests/fakes/test_data.hpp"
 
 namespace srd::host {
 
@@ -193,10 +191,7 @@ inline double surface_rms(const dsp::SurfaceModel<double>& model, const Points& 
 
 // The lab's recordings; nothing where they are not.
 inline std::optional<std::filesystem::path> lab_data() {
-  const char* environment = std::getenv("SRD_DATA");
-  const std::filesystem::path root =
-      environment != nullptr ? std::filesystem::path(environment)
-                             : (fakes::test_data() / "../../../shared/data").lexically_normal();
+  const std::filesystem::path root = fakes::lab_data();
   if (!std::filesystem::is_directory(root)) return std::nullopt;
   return root;
 }

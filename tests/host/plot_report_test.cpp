@@ -11,6 +11,7 @@
 #include "host/plot/figures.hpp"
 #include "host/plot/report.hpp"
 #include "tests/fakes/scratch_folder.hpp"
+#include "tests/host/csv_header.hpp"
 
 // fontconfig, under cairo's text, keeps what it read until the process ends: no leak of ours.
 extern "C" const char* __lsan_default_suppressions();
@@ -18,10 +19,6 @@ extern "C" const char* __lsan_default_suppressions() { return "leak:libfontconfi
 
 namespace srd::host {
 namespace {
-
-const std::string kPlottedHeader =
-    "node,boot,sequence,time_ns,clock,status,n_expected,n_found,n_used,mean_error,metric,height_mm,"
-    "A00,B,C,sd_A00,sd_B,sd_C\n";
 
 std::string contents(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
@@ -32,7 +29,7 @@ class PlotReport : public testing::Test {
  protected:
   // 100 frames at 50 Hz: 20 to 29 lost, 50 to 59 never received.
   std::string frames(const std::string& node = "flume-1") const {
-    std::string text = kPlottedHeader;
+    std::string text = kThreeModesHeader;
     for (int i = 0; i < 100; ++i) {
       if (i >= 50 && i < 60) continue;
       const double a = 80 + std::sin(0.3 * i);
@@ -140,7 +137,7 @@ TEST_F(PlotReport, WithoutAModelItSaysWhatIsLeftOut) {
 
 TEST_F(PlotReport, WrongFilesAreNamedByFileAndLine) {
   expect_problem("", "", "no header");
-  expect_problem(kPlottedHeader, ":1", "no frames");
+  expect_problem(kThreeModesHeader, ":1", "no frames");
   std::string text = frames();
   expect_problem(text.replace(text.find("sd_B"), 4, "sd_X"), ":1", "sd_X");
   text = frames();
@@ -148,7 +145,7 @@ TEST_F(PlotReport, WrongFilesAreNamedByFileAndLine) {
   text = frames();
   expect_problem(text.replace(text.find("0.01,reprojection"), 4, "good"), ":2", "'good'");
   expect_problem(
-      kPlottedHeader + "n,1,0,1000,monotonic,lost,9,0,0,,,,,,,,,\nn,1,1,2000,monotonic,lost,9,0,0,,,,,,,,,\n", ":2",
+      kThreeModesHeader + "n,1,0,1000,monotonic,lost,9,0,0,,,,,,,,,\nn,1,1,2000,monotonic,lost,9,0,0,,,,,,,,,\n", ":2",
       "2 frames: 2 lost");
 }
 

@@ -1,0 +1,9 @@
+// The largest sizes that files may name: beyond, a number is a slip of the pen or a damaged file.
+#pragma once
+
+namespace srd {
+
+inline constexpr int kMostSide = 65535;  // of an image, px
+inline constexpr double kMostMm = 1e6;  // of a length or a place
+
+}  // namespace srd
