@@ -4,6 +4,6 @@
 namespace srd {
 
 inline constexpr int kMostSide = 65535;  // of an image, px
-inline constexpr double kMostMm = 1e6;  // of a length or a place
+inline constexpr double kMostMm = 1e6;   // of a length or a place
 
 }  // namespace srd

@@ -256,7 +256,8 @@ Outcome<TomlFile> TomlFile::parse(std::string_view text, const std::string& name
   }
   TomlFile file;
   file.root_.node_ = std::make_shared<TomlTable::Node>();
-  file.root_.node_->document = std::make_shared<TomlTable::Node::Document>(TomlTable::Node::Document{std::move(parsed), name, {}});
+  file.root_.node_->document =
+      std::make_shared<TomlTable::Node::Document>(TomlTable::Node::Document{std::move(parsed), name, {}});
   file.root_.node_->table = &file.root_.node_->document->table;
   return file;
 }

@@ -40,14 +40,16 @@ template <class S>
   if (media.n_layers < 0 || media.n_layers > kMaxLayers) return false;
   for (int i = 0; i < media.n_layers; ++i) {
     const Layer<S>& layer = media.layers[static_cast<std::size_t>(i)];
-    if (!(layer.thickness >= 0) || !(layer.index > 0) || !std::isfinite(layer.thickness + layer.index)) return false;
+    if (!(layer.thickness >= 0) || !(layer.index > 0) || !std::isfinite(layer.thickness + layer.index))
+      return false;
   }
   return true;
 }
 
 inline constexpr double kIndexScale = 0.01;  // of water, where coefficients have scales
 
-// One more number for the index of water. others: of the coefficients where none are given; NaN: leave the list empty.
+// One more number for the index of water. others: of the coefficients where none are given; NaN: leave the
+// list empty.
 inline void append_parameter(double last, double others, Eigen::Index modes, Coefficients<double>& list) {
   if (list.size() == 0) {
     if (std::isnan(others)) return;
@@ -77,11 +79,13 @@ Result<SurfaceEstimator<S>> SurfaceEstimator<S>::make(const SurfaceModel<S>& mod
   out.media_ = media;
   out.metric_ = options.metric;
   out.loss_ = options.loss;
-  const bool all_off = options.epsg <= 0 && options.epsf <= 0 && options.epsx <= 0 && options.max_iterations == 0;
+  const bool all_off =
+      options.epsg <= 0 && options.epsf <= 0 && options.epsx <= 0 && options.max_iterations == 0;
   out.solver_.epsg = all_off ? EstimatorOptions::kDefaultEpsg : options.epsg;
   out.solver_.epsf = all_off ? EstimatorOptions::kDefaultEpsf : options.epsf;
   out.solver_.epsx = all_off ? EstimatorOptions::kDefaultEpsx : options.epsx;
-  out.solver_.max_iterations = options.max_iterations == 0 ? EstimatorOptions::kDefaultMaxIterations : options.max_iterations;
+  out.solver_.max_iterations =
+      options.max_iterations == 0 ? EstimatorOptions::kDefaultMaxIterations : options.max_iterations;
   out.solver_.scale = as_coefficients(options.scale);
   out.solver_.lower = as_coefficients(options.lower);
   out.solver_.upper = as_coefficients(options.upper);
@@ -151,7 +155,8 @@ Stop SurfaceEstimator<S>::prepare_corners(std::span<const CameraObservations<S>>
 }
 
 template <class S>
-Stop SurfaceEstimator<S>::choose_start(std::span<const Coefficients<S>> starts, CornerProblem<S>& problem, int& chosen) {
+Stop SurfaceEstimator<S>::choose_start(std::span<const Coefficients<S>> starts, CornerProblem<S>& problem,
+                                       int& chosen) {
   chosen = -1;
   if (starts.empty()) return Stop::kInvalidInput;
   bool finite = false;
@@ -194,7 +199,8 @@ Stop SurfaceEstimator<S>::finish(CornerProblem<S>& problem, const Coefficients<d
   InformationMatrix<double> middle;
   if (sandwich) middle = pixels.middle.matrix();
   InformationMatrix<double> h = loss_ == Loss::kNone ? sums.matrix() : pixels.plain.matrix();
-  // A held coefficient is known: as by an observation of its own, so that the others' deviations do not pay for it.
+  // A held coefficient is known: as by an observation of its own, so that the others' deviations do not pay
+  // for it.
   for (int i = 0; i < sums.n; ++i)
     if (is_held(i)) {
       const double known = s2 / (kHeldDeviation * kHeldDeviation);
@@ -217,7 +223,8 @@ Stop SurfaceEstimator<S>::finish(CornerProblem<S>& problem, const Coefficients<d
     if (const Stop stop = take_index(a, h, s2, uncertainty, out); failed(stop)) return stop;
   out.information = uncertainty.information.template cast<S>();
   out.standard_deviation = uncertainty.standard_deviation.template cast<S>();
-  const double variance = uncertainty.covariance.topLeftCorner(modes, modes).cwiseProduct(height_products_).sum();
+  const double variance =
+      uncertainty.covariance.topLeftCorner(modes, modes).cwiseProduct(height_products_).sum();
   out.height_deviation = static_cast<S>(std::sqrt(std::max(variance, 0.0)));
   return out.stop;
 }
@@ -228,12 +235,13 @@ void SurfaceEstimator<S>::error_sizes(std::span<S> out) const {
   for (const PreparedCorner<Lanes<S>>& group : std::span(groups_).first(n_groups_))
     for (int lane = 0; lane < Lanes<S>::kSize; ++lane)
       if (group.weight[lane] > 0 && next < out.size())
-        out[next++] = std::hypot(group.pixel_error.x()[lane], group.pixel_error.y()[lane]) * group.weight[lane];
+        out[next++] =
+            std::hypot(group.pixel_error.x()[lane], group.pixel_error.y()[lane]) * group.weight[lane];
 }
 
 template <class S>
-Stop SurfaceEstimator<S>::take_index(const Coefficients<double>& a, const InformationMatrix<double>& h, double s2,
-                                     Uncertainty& uncertainty, Estimate<S>& out) const {
+Stop SurfaceEstimator<S>::take_index(const Coefficients<double>& a, const InformationMatrix<double>& h,
+                                     double s2, Uncertainty& uncertainty, Estimate<S>& out) const {
   const Eigen::Index modes = model_.modes.size();
   const double deviation = uncertainty.standard_deviation[modes];
   out.index = static_cast<S>(a[modes]);
@@ -271,8 +279,8 @@ Estimate<S> SurfaceEstimator<S>::estimate(std::span<const CameraObservations<S>>
   out.stop = prepare_corners(cameras);
   if (failed(out.stop)) return out;
   const std::span<PreparedCorner<Lanes<S>>> groups = std::span(groups_).first(n_groups_);
-  // Far from the surface the angle between normals falls again with the depth and leads to a wrong one; the disparity
-  // difference does not. It chooses the start and brings the surface near.
+  // Far from the surface the angle between normals falls again with the depth and leads to a wrong one; the
+  // disparity difference does not. It chooses the start and brings the surface near.
   const bool approach = metric_ == Metric::kCollinearity;
   const std::span<double> sizes = std::span(sizes_).first(n_corners_);
   CornerProblem<S> near(approach ? Metric::kDisparity : metric_, optics_, groups, sizes);

@@ -70,7 +70,11 @@ template <class S>
   return false;
 }
 
-extern template bool ray_residual(Metric, const Optics<Lanes<float>>&, const Coefficients<Lanes<float>>&, PreparedCorner<Lanes<float>>&, Basis<Lanes<float>>*, CornerResidual<Lanes<float>>&, Mat2<Lanes<float>>*);
-extern template bool ray_residual(Metric, const Optics<Lanes<double>>&, const Coefficients<Lanes<double>>&, PreparedCorner<Lanes<double>>&, Basis<Lanes<double>>*, CornerResidual<Lanes<double>>&, Mat2<Lanes<double>>*);
+extern template bool ray_residual(Metric, const Optics<Lanes<float>>&, const Coefficients<Lanes<float>>&,
+                                  PreparedCorner<Lanes<float>>&, Basis<Lanes<float>>*,
+                                  CornerResidual<Lanes<float>>&, Mat2<Lanes<float>>*);
+extern template bool ray_residual(Metric, const Optics<Lanes<double>>&, const Coefficients<Lanes<double>>&,
+                                  PreparedCorner<Lanes<double>>&, Basis<Lanes<double>>*,
+                                  CornerResidual<Lanes<double>>&, Mat2<Lanes<double>>*);
 
 }  // namespace srd::dsp

@@ -117,7 +117,9 @@ template <class T>
 }
 
 // Compiled once: it is most of what a fit and a prediction do.
-extern template bool sight(const Optics<Lanes<float>>&, const Coefficients<Lanes<float>>&, SightLine<Lanes<float>>&, Basis<Lanes<float>>*, bool, Sighting<Lanes<float>>&);
-extern template bool sight(const Optics<Lanes<double>>&, const Coefficients<Lanes<double>>&, SightLine<Lanes<double>>&, Basis<Lanes<double>>*, bool, Sighting<Lanes<double>>&);
+extern template bool sight(const Optics<Lanes<float>>&, const Coefficients<Lanes<float>>&,
+                           SightLine<Lanes<float>>&, Basis<Lanes<float>>*, bool, Sighting<Lanes<float>>&);
+extern template bool sight(const Optics<Lanes<double>>&, const Coefficients<Lanes<double>>&,
+                           SightLine<Lanes<double>>&, Basis<Lanes<double>>*, bool, Sighting<Lanes<double>>&);
 
 }  // namespace srd::dsp

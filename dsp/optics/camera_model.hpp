@@ -59,7 +59,8 @@ class CameraModel {
 };
 
 template <class S>
-Result<CameraModel<S>> CameraModel<S>::make(double fx, double fy, double cx, double cy, std::span<const double> distortion) {
+Result<CameraModel<S>> CameraModel<S>::make(double fx, double fy, double cx, double cy,
+                                            std::span<const double> distortion) {
   const std::size_t n = distortion.size();
   if (n != 0 && n != 4 && n != 5 && n != 8 && n != 12 && n != 14) return Errc::kInvalidArgument;
   for (const double x : {fx, fy, cx, cy})

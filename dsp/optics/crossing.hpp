@@ -119,7 +119,9 @@ template <class S>
   return true;
 }
 
-extern template bool cross(const Vec3<float>&, float, float, float, const Media<float>&, bool, Crossing<float>&, bool);
-extern template bool cross(const Vec3<double>&, double, double, double, const Media<double>&, bool, Crossing<double>&, bool);
+extern template bool cross(const Vec3<float>&, float, float, float, const Media<float>&, bool,
+                           Crossing<float>&, bool);
+extern template bool cross(const Vec3<double>&, double, double, double, const Media<double>&, bool,
+                           Crossing<double>&, bool);
 
 }  // namespace srd::dsp

@@ -68,8 +68,12 @@ template <class S>
   return side(found.n1) == side(found.n2);
 }
 
-extern template Result<Prediction<float>> predict(const View<float>&, const SurfaceModel<float>&, const Coefficients<float>&, const Media<float>&, const Vec3<float>&, const Vec2<float>&);
-extern template Result<Prediction<double>> predict(const View<double>&, const SurfaceModel<double>&, const Coefficients<double>&, const Media<double>&, const Vec3<double>&, const Vec2<double>&);
+extern template Result<Prediction<float>> predict(const View<float>&, const SurfaceModel<float>&,
+                                                  const Coefficients<float>&, const Media<float>&,
+                                                  const Vec3<float>&, const Vec2<float>&);
+extern template Result<Prediction<double>> predict(const View<double>&, const SurfaceModel<double>&,
+                                                   const Coefficients<double>&, const Media<double>&,
+                                                   const Vec3<double>&, const Vec2<double>&);
 extern template CornerShape expected_shape(const Prediction<float>&, bool, std::int32_t);
 extern template CornerShape expected_shape(const Prediction<double>&, bool, std::int32_t);
 extern template bool is_bright(const Prediction<float>&, const CornerShape&);

@@ -5,10 +5,17 @@
 namespace srd::dsp {
 
 template <class S>
-Predictor<S>::Predictor(const View<S>& view, const SurfaceModel<S>& model, const Media<S>& media, std::span<const Vec3<S>> points)
-    : view_(view), media_(media), model_(model), wide_view_(view.template cast<T>()),
-      optics_(Optics<T>::make(model, media)), points_(points.begin(), points.end()), predictions_(points.size()),
-      valid_(points.size(), 0), groups_((points.size() + T::kSize - 1) / T::kSize) {
+Predictor<S>::Predictor(const View<S>& view, const SurfaceModel<S>& model, const Media<S>& media,
+                        std::span<const Vec3<S>> points)
+    : view_(view),
+      media_(media),
+      model_(model),
+      wide_view_(view.template cast<T>()),
+      optics_(Optics<T>::make(model, media)),
+      points_(points.begin(), points.end()),
+      predictions_(points.size()),
+      valid_(points.size(), 0),
+      groups_((points.size() + T::kSize - 1) / T::kSize) {
   const Vec3<S> centre = view.pose.centre();
   for (std::size_t i = 0; i < groups_.size() * T::kSize; ++i) {
     const Vec3<S>& f = points_[i < points_.size() ? i : points_.size() - 1];
@@ -35,7 +42,8 @@ void Predictor<S>::predict(const Coefficients<S>& a) {
     group.started = sight(optics_, wide, group.line, static_cast<Basis<T>*>(nullptr), true, seen);
     const std::size_t first = g * T::kSize, last = std::min(first + T::kSize, points_.size());
     for (std::size_t i = first; i < last; ++i)
-      valid_[i] = group.started ? take(seen, group.line, static_cast<int>(i - first), predictions_[i]) : alone(a, i);
+      valid_[i] =
+          group.started ? take(seen, group.line, static_cast<int>(i - first), predictions_[i]) : alone(a, i);
   }
 }
 

@@ -100,7 +100,8 @@ const FrameResult<S>& SurfaceTracker<S>::process(std::span<const GrayView> image
   return result_;
 }
 
-// The frame's surface, if it has one: its corners round where the last surface predicts them, else wherever they are.
+// The frame's surface, if it has one: its corners round where the last surface predicts them, else wherever
+// they are.
 template <class S>
 TrackStatus SurfaceTracker<S>::find_surface(std::span<const GrayView> images, std::int64_t time_ns) {
   const std::span<const Coefficients<S>> starts = history_.starts(time_ns);

@@ -56,7 +56,8 @@ struct FrameResult {
   int expected = 0;         // corners predicted inside the images and regions
   int found = 0;            // corners located
   Estimate<S> estimate;     // valid with has_estimate(); estimate.corners_used were used
-  // Time spent: prediction, detection and tracking of corners; fits of surfaces. 0 without SurfaceTrackerOptions::now_ns.
+  // Time spent: prediction, detection and tracking of corners; fits of surfaces. 0 without
+  // SurfaceTrackerOptions::now_ns.
   std::int64_t detection_ns = 0, estimation_ns = 0;
   bool has_surface() const { return status == TrackStatus::kOk; }
   // Also one that the frame contradicts: for whoever looks at the status.

@@ -214,7 +214,8 @@ Outcome<Instrument> make_instrument(const NodeConfig& config, FrameDeadline::Clo
   }
   dsp::SurfaceTrackerOptions options = config.tracker;
   options.now_ns = [] { return clock_ns(CLOCK_MONOTONIC); };
-  auto tracker = dsp::SurfaceTracker<float>::make(std::span(&setup, 1), *pattern, model, media, guess, estimator, options);
+  auto tracker = dsp::SurfaceTracker<float>::make(std::span(&setup, 1), *pattern, model, media, guess,
+                                                  estimator, options);
   if (!tracker)
     return Problem{Exit::kUsage, "the surface cannot be fitted with these settings", config_where(config),
                    "bounds and scales that fit the modes", to_string(tracker.error()), ""};

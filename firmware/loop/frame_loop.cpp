@@ -40,7 +40,8 @@ proto::FrameStatus status_of(const dsp::FrameResult<float>& result) {
   using dsp::TrackStatus;
   using proto::FrameStatus;
   switch (result.status) {
-    case TrackStatus::kOk: return FrameStatus::kOk;
+    case TrackStatus::kOk:
+      return FrameStatus::kOk;
     case TrackStatus::kNoPattern:
       return result.state == dsp::TrackState::kLost ? FrameStatus::kLost : FrameStatus::kSearching;
     case TrackStatus::kTooFewCorners: return FrameStatus::kTooFewCorners;

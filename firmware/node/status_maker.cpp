@@ -11,7 +11,8 @@ StatusMaker::StatusMaker(std::string_view version, const Restart& restart) {
   using Software = decltype(constant_.software);
   using EndText = decltype(constant_.last_end);
   constant_.software = Software::make(version.substr(0, Software::kCapacity)).value_or(Software{});
-  constant_.last_end = EndText::make(std::string_view(restart.last_end).substr(0, EndText::kCapacity)).value_or(EndText{});
+  constant_.last_end =
+      EndText::make(std::string_view(restart.last_end).substr(0, EndText::kCapacity)).value_or(EndText{});
   constant_.restarts = restart.restarts;
 }
 

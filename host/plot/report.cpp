@@ -94,10 +94,10 @@ std::vector<std::pair<std::string, std::string>> facts_of(const PlotInput& input
                        formatted("%.3g ", sum / n) + metric_unit(run.metric) + " (" + run.metric + ")");
   if (input.geometry) {
     const RunGeometry& g = *input.geometry;
-    facts.emplace_back("Model", std::to_string(run.modes.size()) + " modes, Lx " +
-                                    formatted("%.6g", g.model.lx) + " mm, Ly " + formatted("%.6g", g.model.ly) +
-                                    " mm, origin (" + formatted("%.6g", g.model.x0) + ", " +
-                                    formatted("%.6g", g.model.y0) + ") mm");
+    facts.emplace_back("Model",
+                       std::to_string(run.modes.size()) + " modes, Lx " + formatted("%.6g", g.model.lx) +
+                           " mm, Ly " + formatted("%.6g", g.model.ly) + " mm, origin (" +
+                           formatted("%.6g", g.model.x0) + ", " + formatted("%.6g", g.model.y0) + ") mm");
     if (g.refractive_index) facts.emplace_back("Refractive index", formatted("%.5f", *g.refractive_index));
   }
   return facts;
@@ -113,14 +113,15 @@ PageTable error_table(const PlotInput& input) {
   if (input.geometry) {
     table.rows.push_back({"Surface over the pattern", formatted("%.4f", c.surface_rms), "",
                           formatted("%.4f (worst frame\u2019s rms)", c.surface_largest), "", ""});
-    table.rows.push_back(
-        {"Height at the centre", formatted("%.4f", c.height_rms), formatted("%+.4f", c.height_mean), "", "", ""});
+    table.rows.push_back({"Height at the centre", formatted("%.4f", c.height_rms),
+                          formatted("%+.4f", c.height_mean), "", "", ""});
   }
   for (int j = 0; j < c.modes.size(); ++j) {
     const ModeSummary& s = c.summary[static_cast<std::size_t>(j)];
-    table.rows.push_back(
-        {c.modes[j].name().data(), formatted("%.4f", s.rms), formatted("%+.4f", s.mean), formatted("%.4f", s.largest),
-         std::isfinite(s.normalised) ? formatted("%.2f", s.normalised) : "", formatted("%.4f", s.true_spread)});
+    table.rows.push_back({c.modes[j].name().data(), formatted("%.4f", s.rms), formatted("%+.4f", s.mean),
+                          formatted("%.4f", s.largest),
+                          std::isfinite(s.normalised) ? formatted("%.2f", s.normalised) : "",
+                          formatted("%.4f", s.true_spread)});
   }
   return table;
 }

@@ -63,7 +63,9 @@ TEST_F(V4l2Board, EveryFormatGivesTheSameImage) {
   const bool first = checkers[0] > 127;
   for (int v = 0; v < kWebcamHeight; ++v)
     for (int u = 0; u < kWebcamWidth; ++u)
-      ASSERT_EQ(checkers[static_cast<std::size_t>(v * kWebcamWidth + u)] > 127, first != (((u / 16 + v / 16) & 1) != 0)) << u << ", " << v;
+      ASSERT_EQ(checkers[static_cast<std::size_t>(v * kWebcamWidth + u)] > 127,
+                first != (((u / 16 + v / 16) & 1) != 0))
+          << u << ", " << v;
 
   ASSERT_TRUE(vivid_->choose("Test Pattern", "Gray Ramp"));
   const auto grey = one_image(options("GREY"));

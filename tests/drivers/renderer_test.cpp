@@ -105,8 +105,8 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(RenderCase{"flume", ""},  //
                     RenderCase{"from_above", kFromAbove + "[image]\nblur_px = 0.5\n"},
                     RenderCase{"turned",
-                         "[pose]\ncentre_mm = [-300.0, 500.0, 700.0]\ntarget_mm = [113.0, 208.0, 0.0]\n"
-                         "roll_deg = 25.0\n[image]\nblur_px = 0.9\n"},
+                               "[pose]\ncentre_mm = [-300.0, 500.0, 700.0]\ntarget_mm = [113.0, 208.0, 0.0]\n"
+                               "roll_deg = 25.0\n[image]\nblur_px = 0.9\n"},
                     RenderCase{"waves_12", with_modes("[image]\nblur_px = 1.2\n", 12, 3.0)},
                     RenderCase{"soft", with_modes("[image]\nblur_px = 2.0\n", 8, 3.0)}),
     [](const auto& parameter) { return std::string(parameter.param.name); });

@@ -66,7 +66,9 @@ TEST(StrobePhaseLock, LetsThroughTheJitterThatItsGainsSay) {
       EXPECT_NEAR(seen.rms_ns, theory, 0.12 * theory + 50) << rate << " Hz " << jitter_ns;
       // The innovation is wider than the jitter by the loop's own spread; the period's wander is added.
       const double wander = 2 * habits.period_ns * 1e-6;
-      EXPECT_NEAR(stated, std::sqrt(1 + fakes::phase_lock_spread(1) * fakes::phase_lock_spread(1)) * theory + wander, 0.35 * theory + 100);
+      EXPECT_NEAR(stated,
+                  std::sqrt(1 + fakes::phase_lock_spread(1) * fakes::phase_lock_spread(1)) * theory + wander,
+                  0.35 * theory + 100);
       EXPECT_EQ(lock.counts().locks, 1u);
     }
   }

@@ -47,7 +47,8 @@ TEST(StrobeSimulation, PulsesFallInTheWindowFromFiveToFiveHundredHertz) {
     EXPECT_LE(bench.frames_to_light(), 20u);
     // 3800 errors correlated over about 16 frames: their rms is known to 1/sqrt(2 * 240) = 5 %. Three of those; and the next
     // longer look ahead for drops that come together; a stamp is a whole number of ns.
-    EXPECT_LE(rms, 1.15 * fakes::phase_lock_spread(1 + 2 * c.drops) / fakes::phase_lock_spread(1) * theory + 2);
+    EXPECT_LE(rms,
+              1.15 * fakes::phase_lock_spread(1 + 2 * c.drops) / fakes::phase_lock_spread(1) * theory + 2);
     EXPECT_GE(rms, 0.85 * fakes::phase_lock_spread(1) * c.jitter_ns);
     EXPECT_EQ(all.outside, 0u);
     EXPECT_EQ(all.doubles, 0u);
@@ -78,7 +79,9 @@ TEST(StrobeSimulation, HoldoverKeepsPulsesInTheWindowAndEndsBeforeItCannot) {
   EXPECT_EQ(held.outside, 0u);
   // It ends when three deviations use up the spare window on one side and half the lateness.
   const double trust = (1.2e6 - 0.6e6) / 2 + 0.05e6;
-  const auto deviation = [&](double k) { return fakes::phase_lock_spread(k) * habits.jitter_ns + k * habits.period_ns * 1e-6; };
+  const auto deviation = [&](double k) {
+    return fakes::phase_lock_spread(k) * habits.jitter_ns + k * habits.period_ns * 1e-6;
+  };
   double last = 1;
   while (3 * deviation(last) < trust) ++last;
   EXPECT_NEAR(static_cast<double>(held.lit_frames), last, 0.25 * last);  // the jitter is estimated from some 30 stamps

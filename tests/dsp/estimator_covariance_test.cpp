@@ -91,8 +91,8 @@ std::string scatter_name(const testing::TestParamInfo<std::tuple<Metric, int, in
 }
 
 INSTANTIATE_TEST_SUITE_P(Estimator, MonteCarlo,
-                         testing::Combine(testing::ValuesIn(kMetrics), testing::Values(5, 12), testing::Values(1, 2),
-                                          testing::Values(false)),
+                         testing::Combine(testing::ValuesIn(kMetrics), testing::Values(5, 12),
+                                          testing::Values(1, 2), testing::Values(false)),
                          scatter_name);
 INSTANTIATE_TEST_SUITE_P(EstimatorInFloat, MonteCarlo,
                          testing::Combine(testing::ValuesIn(kMetrics), testing::Values(8), testing::Values(1),

@@ -63,10 +63,12 @@ class SimulatedSensor {
   std::vector<SensorFrame> frames_;
 };
 
-// Deviation of a prediction k frames ahead over that of the stamps, in the steady loop: drivers/strobe/phase_lock.hpp.
+// Deviation of a prediction k frames ahead over that of the stamps, in the steady loop:
+// drivers/strobe/phase_lock.hpp.
 [[nodiscard]] inline double phase_lock_spread(double k) {
   const double a = 1.0 / 8, b = 1.0 / 256;
-  return std::sqrt((2 * a * a + b * (2 - 3 * a) + 2 * k * b * (2 * a - b) + 2 * k * k * b * b) / (a * (4 - 2 * a - b)));
+  return std::sqrt((2 * a * a + b * (2 - 3 * a) + 2 * k * b * (2 * a - b) + 2 * k * k * b * b) /
+                   (a * (4 - 2 * a - b)));
 }
 
 }  // namespace srd::fakes

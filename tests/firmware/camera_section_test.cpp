@@ -16,8 +16,8 @@ NodeConfig parsed(const std::string& camera, const std::string& rest = {}) {
 }
 
 const std::string kFolder = fakes::test_data().string() + "/flume-small";
-const std::string kGeometry = "[geometry]\ncalibration = \"" + kFolder + "/calibration.yml\"\npose = \"" + kFolder +
-                              "/pose.yml\"\npoints = \"" + kFolder + "/points.txt\"\n";
+const std::string kGeometry = "[geometry]\ncalibration = \"" + kFolder + "/calibration.yml\"\npose = \"" +
+                              kFolder + "/pose.yml\"\npoints = \"" + kFolder + "/points.txt\"\n";
 
 TEST(CameraSection, HasDefaultsThatChangeNothingOfTheCamera) {
   const NodeConfig config = parsed("source = \"v4l2:/dev/video0\"\n");

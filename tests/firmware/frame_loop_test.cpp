@@ -130,9 +130,11 @@ TEST(FrameLoop, EveryFrameYieldsARecordInOrder) {
 }
 
 TEST(FrameLoop, RecordsSayInWhichMetricTheirErrorsAre) {
-  for (const auto& [name, metric] : {std::pair{"reprojection", dsp::Metric::kReprojection}, {"disparity", dsp::Metric::kDisparity},
+  for (const auto& [name, metric] : {std::pair{"reprojection", dsp::Metric::kReprojection},
+                                     {"disparity", dsp::Metric::kDisparity},
                                      {"collinearity", dsp::Metric::kCollinearity}}) {
-    auto config = NodeConfig::parse(std::string(kSimulated) + "[estimator]\nmetric = \"" + name + "\"\n", "node.toml");
+    auto config =
+        NodeConfig::parse(std::string(kSimulated) + "[estimator]\nmetric = \"" + name + "\"\n", "node.toml");
     ASSERT_TRUE(config.ok()) << config.error().text();
     config->pace = Pace::kMax;
     auto instrument = make_instrument(*config);
@@ -140,8 +142,8 @@ TEST(FrameLoop, RecordsSayInWhichMetricTheirErrorsAre) {
     for (const auto& record : run(*instrument, 3)) {
       EXPECT_EQ(record.metric, metric);
       EXPECT_GT(record.mean_error, 0) << name;
-      // The mean distance is 1.25 times the rms of one axis; half a millimetre on the bottom is a pixel, two milliradians
-      // between normals are.
+      // The mean distance is 1.25 times the rms of one axis; half a millimetre on the bottom is a pixel, two
+      // milliradians between normals are.
       if (metric == dsp::Metric::kReprojection) {
         EXPECT_GT(record.mean_error, record.reprojection_rms_px);
       } else {

@@ -15,7 +15,8 @@ namespace srd::firmware {
 namespace {
 
 constexpr const char* kRecordedNode =
-    "[camera]\nsource = \"simulator\"\nrate = \"max\"\n[surface]\nguess_mm = [80]\nlx_mm = 240\nly_mm = 440\n";
+    "[camera]\nsource = \"simulator\"\nrate = \"max\"\n[surface]\nguess_mm = [80]\nlx_mm = 240\nly_mm = "
+    "440\n";
 
 Instrument instrument_of(const std::optional<CameraSource>& source = {}) {
   auto config = NodeConfig::parse(kRecordedNode, "node.toml");

@@ -14,7 +14,8 @@
 namespace srd::firmware {
 namespace {
 
-constexpr const char* kSimulatedNode = "[camera]\nsource = \"simulator\"\nrate = \"max\"\n[surface]\nguess_mm = [80]\n";
+constexpr const char* kSimulatedNode =
+    "[camera]\nsource = \"simulator\"\nrate = \"max\"\n[surface]\nguess_mm = [80]\n";
 
 Outcome<RunReport> run(const NodeConfig& config, const RunOptions& options, const std::atomic<bool>& stop) {
   auto instrument = make_instrument(config);

@@ -28,7 +28,9 @@ void expect_all_once_in_order(const std::vector<std::uint64_t>& sequences, std::
   for (std::uint64_t i = 0; i < count; ++i) ASSERT_EQ(sequences[i], i);
 }
 
-simulated::LinkFaults bad_link() { return {.loss = 0.3, .duplication = 0.1, .least_delay = kMillisecond, .most_delay = 20 * kMillisecond}; }
+simulated::LinkFaults bad_link() {
+  return {.loss = 0.3, .duplication = 0.1, .least_delay = kMillisecond, .most_delay = 20 * kMillisecond};
+}
 
 void make_bad(SimulatedNode& node) { node.to_host.faults = node.to_node.faults = bad_link(); }
 

@@ -81,7 +81,8 @@ TEST(Listen, RecordsThreeNodesOverABadNetwork) {
     std::vector<std::unique_ptr<simulated::LossyRelay>> relays;
     std::array<firmware::TransmitterReport, 3> reports;
     for (std::size_t i = 0; i < 3; ++i) {
-      relays.push_back(std::make_unique<simulated::LossyRelay>(host.address(), 0.3, 0.1, std::chrono::milliseconds(20), i));
+      relays.push_back(std::make_unique<simulated::LossyRelay>(host.address(), 0.3, 0.1,
+                                                               std::chrono::milliseconds(20), i));
       nodes.emplace_back([&, i] {
         const auto node = start_node(("cam-" + std::to_string(i)).c_str(), 100 + i, relays[i]->address());
         for (std::uint64_t s = 0; s < kFrames; ++s) {
@@ -115,7 +116,8 @@ TEST(Listen, EndsAfterTheRowsAskedForAndGoesOnWithAppend) {
     Listening host({.csv = file, .count = 150});
     address = host.address();
     node = start_node("cam", 1, address, false);
-    for (int i = 0; i < 400; ++i) EXPECT_TRUE(node->push_waiting(simulated::Simulation::frame_at(i), cancelled));
+    for (int i = 0; i < 400; ++i)
+      EXPECT_TRUE(node->push_waiting(simulated::Simulation::frame_at(i), cancelled));
     host.wait();
     EXPECT_TRUE(host.outcome->ok());
   }

@@ -144,9 +144,9 @@ TEST_F(PlotReport, WrongFilesAreNamedByFileAndLine) {
   expect_problem(text.replace(text.find("status"), 6, "state"), ":1", "no column 'status'");
   text = frames();
   expect_problem(text.replace(text.find("0.01,reprojection"), 4, "good"), ":2", "'good'");
-  expect_problem(
-      kThreeModesHeader + "n,1,0,1000,monotonic,lost,9,0,0,,,,,,,,,\nn,1,1,2000,monotonic,lost,9,0,0,,,,,,,,,\n", ":2",
-      "2 frames: 2 lost");
+  expect_problem(kThreeModesHeader +
+                     "n,1,0,1000,monotonic,lost,9,0,0,,,,,,,,,\nn,1,1,2000,monotonic,lost,9,0,0,,,,,,,,,\n",
+                 ":2", "2 frames: 2 lost");
 }
 
 TEST_F(PlotReport, FrameMustHaveASurface) {

@@ -1,4 +1,5 @@
-// Against OpenCV's own projection. Where results are the same bit for bit on every architecture, one of them is enough.
+// Against OpenCV's own projection. Where results are the same bit for bit on every architecture, one of them
+// is enough.
 #include <gtest/gtest.h>
 
 #include <opencv2/calib3d.hpp>
