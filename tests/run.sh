@@ -4,7 +4,7 @@
 # --quick: GCC only, without the slow tests. --boards: then also for boards, all emulated: unit tests for arm64, their
 # results against this machine's bit for bit, srd-node on a board with cameras and GPIO lines, packages installed, upgraded
 # and removed, and what a computer with nothing but Debian 12 on it has after the lists of packages are installed.
-# --all: then also armhf (tests of the arithmetic and the wire, bit for bit, its package) and the drivers built for Debian 13.
+# --all: then also armhf (unit tests, bit for bit, its package) and the drivers built for Debian 13.
 # Ends with the seconds of each stage, and "N passed, N failed, N skipped". Exit code 0 only when nothing failed.
 set -euo pipefail
 
@@ -24,14 +24,14 @@ for argument in "$@"; do
 done
 
 cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.."
+. toolchains/build_preset.sh
 tests/install_packages.sh
 results=()
 seconds=()
 
 # What boards need from Debian's archive is fetched and unpacked while the first stages compile.
 prepare_boards() {
-  for board in arm64 armhf; do [ -d "build/sysroots/debian12-$board" ] || toolchains/sysroot.sh "$board" || return; done
-  [ -d build/sysroots/debian13-arm64 ] || toolchains/sysroot.sh arm64 --debian 13 || return
+  for board in arm64 armhf arm64-debian13; do sysroot_of "$board" || return; done
   [ -d build/virtual-board ] || toolchains/virtual_board/build.sh || return
   [ "$(id -u)" -ne 0 ] || { tests/fresh_machine/run.sh --make && tests/packaging/run.sh --make amd64 arm64; }
 }
@@ -45,8 +45,9 @@ fi
 
 # A stage is judged by its JUnit file. One that a previous run left behind must not speak for this one.
 run_stage() { # workflow
-  local report=build/${1/quick/host}/junit.xml started=$SECONDS verdict=passed
+  local report=build/$1/junit.xml started=$SECONDS verdict=passed
   results+=("$1=$report")
+  mkdir -p "build/$1"
   rm -f -- "$report"
   echo "== $1"
   cmake --workflow --preset "$1" </dev/null || verdict=FAILED
