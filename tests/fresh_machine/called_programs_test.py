@@ -51,6 +51,10 @@ command -v zeta
         text = "import subprocess, shutil\nsubprocess.run(['alpha', 'x'])\nshutil.which('beta')\nsubprocess.run([program])\n"
         self.assertEqual({"alpha": ["a.py"], "beta": ["a.py"]}, self.found(a_py=text))
 
+    def test_methods_of_the_same_name_are_no_calls_of_programs(self):
+        text = "from subprocess import run as start\nstart(['alpha'])\nself.call('beta')\nrun('gamma')\ntest.run('delta')\n"
+        self.assertEqual({"alpha": ["a.py"]}, self.found(a_py=text))
+
 
 if __name__ == "__main__":
     unittest.main()
