@@ -113,17 +113,16 @@ struct Water {
 
 // The configuration goes before what the simulator renders and what a recording says of itself; a recording that says
 // otherwise than the configuration is told.
-Outcome<Water> water_of(const NodeConfig& config, const std::optional<Scene>& scene) {
+Outcome<Water> water_of(const NodeConfig& config, const std::optional<Scene>& scene,
+                        const std::optional<RecordedOptics>& recorded) {
   Water water;
   water.media.water = dsp::water_index(20, 0, 589);
   water.index_from = "fresh water of 20 C";
   std::string own = "the scene";
   std::optional<dsp::Media<double>> known;
   if (scene) known = scene->media;
-  if (config.camera->kind == "recording") {
-    const auto recorded = read_recorded_optics(config.camera->argument);
-    if (!recorded) return recorded.error();
-    if (*recorded) known = (*recorded)->media;
+  if (recorded) {
+    known = recorded->media;
     own = "the recording's " + std::string(kOpticsName);
   }
   if (known) {
@@ -147,6 +146,21 @@ Outcome<Water> water_of(const NodeConfig& config, const std::optional<Scene>& sc
   return water;
 }
 
+// The modes are the configuration's; a length or an origin that it does not give is the simulator's or the recording's.
+Outcome<dsp::SurfaceModel<double>> model_of(const NodeConfig& config, const std::optional<Scene>& scene,
+                                            const std::optional<RecordedOptics>& recorded) {
+  dsp::SurfaceModel<double> known{{}, 0, 0, 0, 0};
+  if (scene) known = scene->surface;
+  if (recorded && recorded->model) known = *recorded->model;
+  const dsp::SurfaceModel<double> model{config.modes, config.lx_mm.value_or(known.lx), config.ly_mm.value_or(known.ly),
+                                        config.x0_mm.value_or(known.x0), config.y0_mm.value_or(known.y0)};
+  for (const auto& [length, key] : {std::pair{model.lx, "lx_mm"}, std::pair{model.ly, "ly_mm"}})
+    if (!(length > 0))
+      return Problem{Exit::kUsage, std::string("key 'surface.") + key + "' is missing", config_where(config),
+                     "the length scale of the modes, mm", "", ""};
+  return model;
+}
+
 std::string water_text(const Water& water) {
   return "water     index " + number_text(std::round(water.media.water * 1e6) / 1e6) + " (" + water.index_from + "), " + plates_text(plates_of(water.media)) +
          (water.plates_from.empty() ? "" : " (" + water.plates_from + ")") + "\n" + water.notes;
@@ -159,33 +173,33 @@ Outcome<Instrument> make_instrument(const NodeConfig& config, FrameDeadline::Clo
     return Problem{Exit::kUsage, "no camera", config_where(config), "camera.source, or --camera KIND:ARG", "neither", ""};
   Instrument instrument;
   Rig rig;
-  double lx = config.lx_mm.value_or(0), ly = config.ly_mm.value_or(0);
   auto scene = scene_of(config);
   if (!scene) return scene.error();
   instrument.scene = std::move(scene).value();
   if (instrument.scene) {
     const Scene& rendered = *instrument.scene;
     rig = {rendered.calibration, rendered.pose, rendered.points()};
-    if (!config.lx_mm) lx = rendered.surface.lx;
-    if (!config.ly_mm) ly = rendered.surface.ly;
   }
-  const auto water = water_of(config, instrument.scene);
+  std::optional<RecordedOptics> recorded;
+  if (config.camera->kind == "recording") {
+    auto optics = read_recorded_optics(config.camera->argument);
+    if (!optics) return optics.error();
+    recorded = std::move(optics).value();
+  }
+  const auto water = water_of(config, instrument.scene, recorded);
   if (!water) return water.error();
   auto read = read_rig(config, rig);
   if (!read) return read.error();
   rig = std::move(read).value();
-  for (const auto& [length, key] : {std::pair{lx, "lx_mm"}, std::pair{ly, "ly_mm"}})
-    if (!(length > 0))
-      return Problem{Exit::kUsage, std::string("key 'surface.") + key + "' is missing", config_where(config),
-                     "the length scale of the modes, mm", "", ""};
+  const auto wanted = model_of(config, instrument.scene, recorded);
+  if (!wanted) return wanted.error();
+  const dsp::SurfaceModel<float> model = wanted->cast<float>();
 
   const auto pattern = dsp::Pattern::make(*rig.points, config.first_square);
   if (!pattern || pattern->rows() < 2 || pattern->columns() < 2)
     return Problem{Exit::kInput, "the points are no checkerboard", config_where(config),
                    "corners on a square grid along X and Y, to 5 % of a square, not all in one line",
                    pattern ? "points in one line" : "other points", "check the file of points"};
-  dsp::SurfaceModel<float> model{config.modes, static_cast<float>(lx), static_cast<float>(ly),
-                                 static_cast<float>(config.x0_mm), static_cast<float>(config.y0_mm)};
   const dsp::Media<float> media = water->media.cast<float>();
   dsp::Coefficients<float> guess(config.modes.size());
   for (int i = 0; i < config.modes.size(); ++i) guess[i] = static_cast<float>(config.guess[static_cast<std::size_t>(i)]);
@@ -220,8 +234,7 @@ Outcome<Instrument> make_instrument(const NodeConfig& config, FrameDeadline::Clo
     return Problem{Exit::kUsage, "the surface cannot be fitted with these settings", config_where(config),
                    "bounds and scales that fit the modes", to_string(tracker.error()), ""};
   instrument.tracker = std::make_unique<dsp::SurfaceTracker<float>>(std::move(tracker).value());
-  const dsp::SurfaceModel<double> recorded_model{config.modes, lx, ly, config.x0_mm, config.y0_mm};
-  instrument.rig = {*rig.calibration, *rig.pose, *rig.points, {water->media, recorded_model}};
+  instrument.rig = {*rig.calibration, *rig.pose, *rig.points, {water->media, *wanted}};
   instrument.refractive_index = water->media.water;
   instrument.width = setup.width;
   instrument.height = setup.height;
@@ -234,8 +247,8 @@ Outcome<Instrument> make_instrument(const NodeConfig& config, FrameDeadline::Clo
        << water_text(*water)
        << "surface   " << config.modes.size() << " modes:";
   for (const dsp::Mode& mode : config.modes) text << " " << mode.name().data();
-  text << ", Lx " << lx << " mm, Ly " << ly << " mm\n"
-       << check_view(config, {rig.calibration->camera, *rig.pose}, model.cast<double>(), media.cast<double>(),
+  text << ", Lx " << wanted->lx << " mm, Ly " << wanted->ly << " mm\n"
+       << check_view(config, {rig.calibration->camera, *rig.pose}, *wanted, media.cast<double>(),
                      pattern->points(), setup.width, setup.height);
   const bool live = instrument.camera->live();
   if (auto possible = check_strobe(config.strobe, live, config_where(config)); !possible) return possible.error();

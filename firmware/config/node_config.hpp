@@ -56,8 +56,8 @@ struct NodeConfig {
   std::optional<Plates> plates;
 
   dsp::ModeList modes;
-  std::optional<double> lx_mm, ly_mm;  // empty: the simulator's own
-  double x0_mm = 0, y0_mm = 0;
+  // Empty: the simulator's own, or what is in the recording; else there must be lengths, and the origin is 0.
+  std::optional<double> lx_mm, ly_mm, x0_mm, y0_mm;
   std::vector<double> guess;           // one a mode
   dsp::EstimatorOptions estimator;
   std::optional<std::int64_t> deadline_us;  // of a frame's processing; empty: none

@@ -55,6 +55,24 @@ class Recordings(unittest.TestCase):
     def assert_true(self, csv):
         self.call("srd", "compare", csv, "rec/truth.csv", "--max-rms", str(RMS_MM))
 
+    def test_lengths_and_origin_of_the_modes_are_the_recordings_where_nobody_says_others(self):
+        self.simulate("")
+        optics = self.bench.path("rec/optics.toml").read_text()
+        self.assertIn("lx_mm = 240.0", optics)
+        said = self.node("own.csv")
+        self.assertIn("Lx 240 mm, Ly 440 mm", said)
+        self.bench.write("rec/optics.toml", optics.replace("lx_mm = 240.0", "lx_mm = 120.0").replace("x0_mm = 0.0", "x0_mm = 7.0"))
+        without = bench.NODE.replace("lx_mm = 240.0\nly_mm = 440.0\n", "")
+        self.bench.write("flume.toml", without)
+        said = self.call("srd-node", "--config", "flume.toml", "--record", "again")
+        self.assertIn("Lx 120 mm, Ly 440 mm", said)
+        again = self.bench.path("again/optics.toml").read_text()
+        self.assertIn("lx_mm = 120.0", again)
+        self.assertIn("x0_mm = 7.0", again)
+        self.bench.remove("rec/optics.toml")
+        said = self.call("srd-node", "--config", "flume.toml", "--check-config", code=2)
+        self.assertIn("'surface.lx_mm' is missing", said)
+
     def test_plates_go_with_the_frames_from_the_tank_to_the_surface(self):
         for tank, text in ((ACRYLIC, "floor plates 12 mm of index 1.49"),
                            (AIR_GAP, "floor plates 12 mm of index 1.49, 3 mm of index 1 ")):
