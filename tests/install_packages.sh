@@ -2,8 +2,13 @@
 # Installs what is missing of tests/packages.txt, or of the list that is given. With nothing missing: no network, no root.
 set -euo pipefail
 
+case ${1:-} in
+  -h | --help) echo "usage: tests/install_packages.sh [LIST]   (default: tests/packages.txt)"; exit 0 ;;
+esac
 here=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd)
-mapfile -t wanted < <(sed -e 's/#.*//' -e 's/[[:space:]]//g' -e '/^$/d' "${1:-$here/packages.txt}")
+list=${1:-$here/packages.txt}
+[ -r "$list" ] || { echo "install_packages: $list: no file with names of packages that can be read" >&2; exit 2; }
+mapfile -t wanted < <(sed -e 's/#.*//' -e 's/[[:space:]]//g' -e '/^$/d' "$list")
 
 if ! command -v dpkg-query >/dev/null; then
   echo "install_packages: this system has no Debian packages (no dpkg-query)." >&2

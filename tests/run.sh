@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs what is missing, builds, runs every test that needs no hardware: built by GCC, then by Clang with
+# Installs what is missing, builds, runs every test that needs no hardware: built by GCC, with board/demo.sh, then by Clang with
 # address and undefined-behaviour sanitizers (the slow tests not again), then the node's threads under the thread sanitizer.
 # --quick: GCC only, without the slow tests. --boards: then also for boards, all emulated: unit tests for arm64, their
 # results against this machine's bit for bit, srd-node on a board with cameras and GPIO lines, packages installed, upgraded
@@ -70,7 +70,16 @@ wait_for() { # process, its log
   wait "$1" || { tail -n 30 "$2"; return 1; }
 }
 
-for stage in "${stages[@]}"; do run_stage "$stage"; done
+# The user's first command, anew each time, and what it measured against the truth.
+demo_measures() {
+  rm -rf -- build/demo
+  board/demo.sh --out build/demo && build/host/host/srd compare build/demo/coefficients.csv build/demo/truth.csv --max-rms 0.01
+}
+
+for stage in "${stages[@]}"; do
+  run_stage "$stage"
+  [ "$stage" != "${stages[0]}" ] || run_job "demo" demo_measures
+done
 if $boards; then
   run_job "what boards need" wait_for "$prepared" build/prepare.log
   echo "Emulated boards leave out the tests of the pattern metric, which srd-node has not, and those of thousands of noise draws."
