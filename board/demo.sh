@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # The whole way on one PC: simulated flume -> srd-node -> datagrams on loopback -> srd listen -> estimated against true
 # surface -> plots. Installs and builds what it needs.
 set -euo pipefail

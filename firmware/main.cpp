@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // srd-node: measures the water surface in front of one camera and sends it to the host.
 #include <unistd.h>
 
@@ -6,8 +7,8 @@
 #include <csignal>
 #include <cstdio>
 
-#include "drivers/net/address.hpp"
 #include "drivers/camera/simulator/scene_truth.hpp"
+#include "drivers/net/address.hpp"
 #include "drivers/support/text_file.hpp"
 #include "firmware/config/camera_factory.hpp"
 #include "firmware/doctor/doctor.hpp"
@@ -64,7 +65,11 @@ srd::Outcome<void> override_config(const Arguments& arguments, srd::firmware::No
     }
     config.recording_rate_hz = srd::parse_number<double>(rate);
     if (config.camera && config.camera->kind != "recording")
-      return srd::Problem{srd::Exit::kUsage, "--rate HZ is for recordings", "--rate", "camera or max", rate,
+      return srd::Problem{srd::Exit::kUsage,
+                          "--rate HZ is for recordings",
+                          "--rate",
+                          "camera or max",
+                          rate,
                           "the rate of a live camera is camera.frame_rate_hz, of the simulator its scene's"};
   }
   if (!arguments.record.empty()) {
@@ -85,8 +90,12 @@ srd::Outcome<void> check_host(const Arguments& arguments, const srd::firmware::N
   const auto host = srd::HostAndPort::parse(config.host, where);
   if (!host) return host.error();
   if (host->port == 0)
-    return srd::Problem{srd::Exit::kUsage, "no port to send to", where, "HOST:PORT with a port of 1..65535",
-                        "'" + config.host + "'", "the port of srd listen, 47810 unless it was given another"};
+    return srd::Problem{srd::Exit::kUsage,
+                        "no port to send to",
+                        where,
+                        "HOST:PORT with a port of 1..65535",
+                        "'" + config.host + "'",
+                        "the port of srd listen, 47810 unless it was given another"};
   const bool live = config.camera && config.camera->live();
   if (live && !arguments.check) return {};
   const auto address = srd::Address::parse(config.host, where);
@@ -104,22 +113,22 @@ int report_on(const srd::firmware::RunReport& report, const Arguments& arguments
     if (auto written = srd::write_truth(arguments.truth, srd::truth_of(*instrument.scene, report.records)); !written)
       return fail(written.error());
   if (report.sent && report.transmitter.unacknowledged + report.transmitter.counts.lost > 0)
-    return fail({srd::Exit::kNetwork, "not every frame is in the host's record", host, "all acknowledged",
-                 std::to_string(report.transmitter.unacknowledged) + " frames not acknowledged, " +
-                     std::to_string(report.transmitter.counts.lost) + " overwritten",
-                 report.transmitter.host_problem.empty() ? "is srd listen running there?" : "a numeric address, or srd-node --doctor"});
+    return fail(
+        {srd::Exit::kNetwork, "not every frame is in the host's record", host, "all acknowledged",
+         std::to_string(report.transmitter.unacknowledged) + " frames not acknowledged, " +
+             std::to_string(report.transmitter.counts.lost) + " overwritten",
+         report.transmitter.host_problem.empty() ? "is srd listen running there?" : "a numeric address, or srd-node --doctor"});
   // A run that was stopped has said it above: a service that ends in order has not failed.
   if (!report.without_surface.empty() && !stop_requested)
-    return fail({srd::Exit::kInput, "nothing was measured: no frame has a surface", source, "frames that show the pattern through the water",
-                 report.without_surface, "srd-node --doctor with this configuration looks at camera, light and pattern"});
+    return fail({srd::Exit::kInput, "nothing was measured: no frame has a surface", source,
+                 "frames that show the pattern through the water", report.without_surface,
+                 "srd-node --doctor with this configuration looks at camera, light and pattern"});
   return 0;
 }
 
 srd::Outcome<srd::firmware::RunReport> measure(const srd::firmware::NodeConfig& config, const Arguments& arguments,
-                                               srd::firmware::Instrument& instrument,
-                                               const srd::firmware::LastEnd& last_end) {
-  if (last_end.restarts() > 0)
-    std::fprintf(stderr, "restart   %u, after: %s\n", last_end.restarts(), last_end.text().c_str());
+                                               srd::firmware::Instrument& instrument, const srd::firmware::LastEnd& last_end) {
+  if (last_end.restarts() > 0) std::fprintf(stderr, "restart   %u, after: %s\n", last_end.restarts(), last_end.text().c_str());
   srd::firmware::RunOptions options;
   options.frames = arguments.frames;
   options.version = SRD_VERSION;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // srd: the host's program. Each subcommand has its folder.
 #include <CLI/CLI.hpp>
 #include <iostream>
@@ -27,8 +28,12 @@ int main(int argc, char** argv) {
     if (!app.get_subcommands().empty() || app.remaining().empty()) {
       app.exit(error);
     } else {
-      const srd::Problem problem{srd::Exit::kUsage, "unknown subcommand '" + app.remaining().front() + "'", "srd",
-                                 "listen, reconstruct, simulate, compare, plot or study", "", "srd --help"};
+      const srd::Problem problem{srd::Exit::kUsage,
+                                 "unknown subcommand '" + app.remaining().front() + "'",
+                                 "srd",
+                                 "listen, reconstruct, simulate, compare, plot or study",
+                                 "",
+                                 "srd --help"};
       std::cerr << problem.text();
     }
     return static_cast<int>(srd::Exit::kUsage);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The check at a datagram's end (proto/srd.proto): finds truncated, damaged, reflected and foreign datagrams. It is no
 // proof of who sent it.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Texts and lists with a fixed capacity: no heap, copied as they are.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The estimator's answer as part of a frame's record.
 #pragma once
 
@@ -22,8 +23,7 @@ void set_estimate(const dsp::Estimate<S>& estimate, dsp::Metric metric, Coeffici
   const bool numbers = estimate.coefficients.size() == frame.model.modes.size() && estimate.coefficients.allFinite() &&
                        std::isfinite(estimate.mean_error) && std::isfinite(estimate.reprojection_rms);
   if (dsp::failed(estimate.stop) || !numbers) {
-    frame.status =
-        estimate.stop == dsp::Stop::kTooFewCorners ? FrameStatus::kTooFewCorners : FrameStatus::kFailed;
+    frame.status = estimate.stop == dsp::Stop::kTooFewCorners ? FrameStatus::kTooFewCorners : FrameStatus::kFailed;
     return;
   }
   const bool unfinished = estimate.stop == dsp::Stop::kMaxIterations || estimate.stop == dsp::Stop::kDeadline;

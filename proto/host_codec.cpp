@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "proto/host_codec.hpp"
 
 #include <cmath>
@@ -43,8 +44,7 @@ std::optional<CoefficientFrame> read(const wire::CoefficientFrame& from, const S
   const auto stop = enumerator<dsp::Stop>(from.stop());
   const auto strobe = enumerator<StrobePhase>(from.strobe());
   const auto modes = mode_list(bytes_of(from.model().modes()));
-  if (!status || !metric || !stop || !strobe || !modes.ok() || from.coefficients_size() > dsp::kMaxModes)
-    return std::nullopt;
+  if (!status || !metric || !stop || !strobe || !modes.ok() || from.coefficients_size() > dsp::kMaxModes) return std::nullopt;
   to.status = *status;
   to.metric = *metric;
   to.stop = *stop;
@@ -145,8 +145,7 @@ std::optional<NodeMessage> decode_node_datagram(std::span<const std::uint8_t> da
   if (datagram.size() > kMaxDatagram) return std::nullopt;
   const auto message = checked(Direction::kFromNode, datagram);
   wire::NodeDatagram in;
-  if (!message || !in.ParseFromArray(message->data(), static_cast<int>(message->size())) ||
-      in.version() != kWireVersion)
+  if (!message || !in.ParseFromArray(message->data(), static_cast<int>(message->size())) || in.version() != kWireVersion)
     return std::nullopt;
   const auto node = NodeId::make(in.node());
   const auto clock = enumerator<ClockId>(in.clock());

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The host's half of the wire: reads what nodes send, writes acknowledgements. libprotobuf.
 #pragma once
 

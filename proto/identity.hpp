@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Who sent a datagram: a node's name, its boot, a frame's number.
 #pragma once
 
@@ -23,8 +24,8 @@ class NodeId {
   [[nodiscard]] static constexpr std::optional<NodeId> make(std::string_view name) {
     if (name.empty()) return std::nullopt;
     for (const char c : name) {
-      const bool fine = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
-                        c == '_' || c == '.';
+      const bool fine =
+          (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_' || c == '.';
       if (!fine) return std::nullopt;
     }
     const auto text = FixedText<kMaxLength>::make(name);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "proto/information.hpp"
 
 #include <algorithm>
@@ -39,8 +40,8 @@ bool quantise(const dsp::InformationMatrix<S>& information, InformationFactor& f
     if (steps < 1 || !std::isnormal(scale)) return false;
     factor.scale[static_cast<std::size_t>(j)] = scale;
     for (int i = 0; i <= j; ++i)
-      factor.entries[at(i, j)] = static_cast<std::int16_t>(
-          std::clamp(std::round(u[at(i, j)] / static_cast<double>(scale)), -kMostEntry, kMostEntry));
+      factor.entries[at(i, j)] =
+          static_cast<std::int16_t>(std::clamp(std::round(u[at(i, j)] / static_cast<double>(scale)), -kMostEntry, kMostEntry));
   }
   factor.size = n;
   return true;
@@ -54,8 +55,7 @@ dsp::InformationMatrix<double> expand(const InformationFactor& factor) {
   u.setZero();
   for (int j = 0; j < factor.size; ++j)
     for (int i = 0; i <= j; ++i)
-      u(i, j) = static_cast<double>(factor.scale[static_cast<std::size_t>(j)]) *
-                factor.entries[InformationFactor::index(i, j)];
+      u(i, j) = static_cast<double>(factor.scale[static_cast<std::size_t>(j)]) * factor.entries[InformationFactor::index(i, j)];
   return u;
 }
 

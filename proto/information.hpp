@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A frame's information matrix as it travels: its Cholesky factor U, U'U = Lambda (optics (17)), int16 with a float scale
 // a column. Positive definite by construction. Standard deviations survive within 1 % (tests/proto/information_test.cpp).
 #pragma once
@@ -12,9 +13,9 @@ namespace srd::proto {
 inline constexpr int kMaxFactorEntries = dsp::kMaxModes * (dsp::kMaxModes + 1) / 2;
 
 struct InformationFactor {
-  int size = 0;  // columns; 0: not known
-  std::array<float, dsp::kMaxModes> scale{};               // > 0
-  std::array<std::int16_t, kMaxFactorEntries> entries{};   // by column: U_00, U_01, U_11, U_02, ..; U_jj > 0
+  int size = 0;                                           // columns; 0: not known
+  std::array<float, dsp::kMaxModes> scale{};              // > 0
+  std::array<std::int16_t, kMaxFactorEntries> entries{};  // by column: U_00, U_01, U_11, U_02, ..; U_jj > 0
   [[nodiscard]] static constexpr int entry_count(int size) { return size * (size + 1) / 2; }
   [[nodiscard]] static constexpr std::size_t index(int row, int column) {
     return static_cast<std::size_t>(column * (column + 1) / 2 + row);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "proto/messages.hpp"
 
 #include <cmath>
@@ -93,21 +94,19 @@ bool valid(const CoefficientFrame& frame) {
   const auto n = frame.model.modes.size();
   const auto coefficients = static_cast<int>(frame.coefficients.size());
   return valid(frame.stamp) && static_cast<int>(frame.status) < kFrameStatusCount && n > 0 && is_length(frame.model.lx) &&
-         is_length(frame.model.ly) && is_place(frame.model.x0) && is_place(frame.model.y0) &&
-         frame.refractive_index >= 1 && frame.refractive_index <= 2 && is_place(frame.centre_x_mm) &&
-         is_place(frame.centre_y_mm) && not_negative(frame.pattern_x_mm) && frame.pattern_x_mm <= kMostLength &&
-         not_negative(frame.pattern_y_mm) && frame.pattern_y_mm <= kMostLength &&
-         (coefficients == 0 || coefficients == n) && frame.coefficients.allFinite() && valid(frame.information) &&
-         (frame.information.size == 0 || frame.information.size == coefficients) &&
+         is_length(frame.model.ly) && is_place(frame.model.x0) && is_place(frame.model.y0) && frame.refractive_index >= 1 &&
+         frame.refractive_index <= 2 && is_place(frame.centre_x_mm) && is_place(frame.centre_y_mm) &&
+         not_negative(frame.pattern_x_mm) && frame.pattern_x_mm <= kMostLength && not_negative(frame.pattern_y_mm) &&
+         frame.pattern_y_mm <= kMostLength && (coefficients == 0 || coefficients == n) && frame.coefficients.allFinite() &&
+         valid(frame.information) && (frame.information.size == 0 || frame.information.size == coefficients) &&
          frame.metric <= dsp::Metric::kCollinearity && not_negative(frame.mean_error) &&
          not_negative(frame.reprojection_rms_px) && valid(frame.stop) && frame.strobe <= StrobePhase::kDark;
 }
 
 bool valid(const NodeStatus& status) {
   return valid(status.stamp) && static_cast<int>(status.state) < kNodeStateCount && not_negative(status.capture_hz) &&
-         not_negative(status.record_hz) && !std::isinf(status.temperature_c) &&
-         (status.throttled & ~Throttled::kAll) == 0 && status.clock_state <= ClockState::kUnsynchronised &&
-         status.recording <= RecordState::kStopped &&
+         not_negative(status.record_hz) && !std::isinf(status.temperature_c) && (status.throttled & ~Throttled::kAll) == 0 &&
+         status.clock_state <= ClockState::kUnsynchronised && status.recording <= RecordState::kStopped &&
          ascending(status.lost_ranges, 0, kMaxSequence);
 }
 

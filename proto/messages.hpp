@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is said on the wire, as plain structs of fixed capacity. Units, bounds and meaning of each: proto/srd.proto.
 #pragma once
 
@@ -72,20 +73,20 @@ struct NodeHeader {
 struct CoefficientFrame {
   Stamp stamp;  // middle of the light that made the image
   FrameStatus status = FrameStatus::kSearching;
-  dsp::SurfaceModel<float> model;     // always; at least one mode
-  float refractive_index = 1;         // of the water, 1 to 2
+  dsp::SurfaceModel<float> model;            // always; at least one mode
+  float refractive_index = 1;                // of the water, 1 to 2
   float centre_x_mm = 0, centre_y_mm = 0;    // of the pattern
   float pattern_x_mm = 0, pattern_y_mm = 0;  // its size along X and Y; 0: not known
-  dsp::Coefficients<float> coefficients;   // mm; empty: no surface
-  InformationFactor information;      // size 0: not known
+  dsp::Coefficients<float> coefficients;     // mm; empty: no surface
+  InformationFactor information;             // size 0: not known
   dsp::Metric metric = dsp::Metric::kReprojection;
-  float mean_error = 0;               // in the metric's unit
+  float mean_error = 0;  // in the metric's unit
   float reprojection_rms_px = 0;
   dsp::Stop stop = dsp::Stop::kTooFewCorners;
   bool at_bound = false;
   std::uint32_t iterations = 0;
   std::uint32_t corners_expected = 0, corners_found = 0, corners_used = 0;
-  std::uint32_t exposure_us = 0;      // 0: not known
+  std::uint32_t exposure_us = 0;  // 0: not known
   StrobePhase strobe = StrobePhase::kUnstrobed;
   std::uint32_t dropped_before = 0;   // frames without a record since the previous record
   std::uint64_t source_sequence = 0;  // the camera's number
@@ -105,9 +106,9 @@ struct NodeStatus {
   std::optional<std::int64_t> clock_offset_ns;
   std::uint64_t clock_uncertainty_ns = 0;  // bound of the wall clock's error; 0: not known
   ClockState clock_state = ClockState::kUnknown;
-  std::uint32_t throttled = 0;  // Throttled bits
-  std::uint32_t restarts = 0;   // starts in a row that followed an abnormal end
-  FixedText<95> last_end;       // of the run before this one; empty: it ended as it should
+  std::uint32_t throttled = 0;                       // Throttled bits
+  std::uint32_t restarts = 0;                        // starts in a row that followed an abnormal end
+  FixedText<95> last_end;                            // of the run before this one; empty: it ended as it should
   std::uint64_t minor_faults = 0, major_faults = 0;  // page faults in the frame loop after its first frames
   RecordState recording = RecordState::kNone;
   std::uint64_t recorded = 0, record_dropped = 0;  // frames on the node's disk, and that it was too slow for
@@ -141,10 +142,10 @@ struct NodeMessage {
 // Of one boot of one node.
 struct Acknowledgement {
   BootId of;
-  std::uint64_t session = 0;  // random, new at every start of the host
-  std::uint64_t serial = 0;   // grows within the session
-  std::uint64_t first_missing = 0;  // all below: in the host's record and flushed, or never to come
-  std::uint64_t known_end = 0;      // the host knows what it has up to here; >= first_missing
+  std::uint64_t session = 0;             // random, new at every start of the host
+  std::uint64_t serial = 0;              // grows within the session
+  std::uint64_t first_missing = 0;       // all below: in the host's record and flushed, or never to come
+  std::uint64_t known_end = 0;           // the host knows what it has up to here; >= first_missing
   FixedList<SequenceRange, 40> missing;  // within [first_missing, known_end), ascending, apart
   friend bool operator==(const Acknowledgement&, const Acknowledgement&) = default;
 };

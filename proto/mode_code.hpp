@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A mode as one byte: 10 m + n for A_mn, 100 for B, 101 for C.
 #pragma once
 

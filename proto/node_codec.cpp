@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "proto/node_codec.hpp"
 
 #include <pb_decode.h>
@@ -151,8 +152,7 @@ Result<std::size_t> encode(const BootId& from, std::uint64_t sequence, const Coe
   return write(datagram, out);
 }
 
-Result<std::size_t> encode(const BootId& from, std::uint64_t sequence, const NodeStatus& status,
-                           std::span<std::uint8_t> out) {
+Result<std::size_t> encode(const BootId& from, std::uint64_t sequence, const NodeStatus& status, std::span<std::uint8_t> out) {
   if (!valid(NodeHeader{from, sequence, 0}) || !valid(status)) return Errc::kInvalidArgument;
   srd_wire_NodeDatagram datagram = start(from, sequence, status.stamp);
   datagram.which_content = srd_wire_NodeDatagram_status_tag;
@@ -161,8 +161,7 @@ Result<std::size_t> encode(const BootId& from, std::uint64_t sequence, const Nod
   return write(datagram, out);
 }
 
-Result<std::size_t> encode(const BootId& from, std::uint64_t sequence, const FeatureChunk& chunk,
-                           std::span<std::uint8_t> out) {
+Result<std::size_t> encode(const BootId& from, std::uint64_t sequence, const FeatureChunk& chunk, std::span<std::uint8_t> out) {
   if (!valid(NodeHeader{from, sequence, 0}) || !valid(chunk)) return Errc::kInvalidArgument;
   srd_wire_NodeDatagram datagram = start(from, sequence, chunk.stamp);
   datagram.which_content = srd_wire_NodeDatagram_features_tag;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The node's half of the wire: writes what nodes send, reads acknowledgements. nanopb; no heap, no exceptions.
 //
 // A datagram is written in two steps, because a frame is encoded once and sent perhaps often: encode gives everything but

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether programs that read tables take a word for something else: a number, a truth value, a missing one, a date. R, pandas,
 // Octave and spreadsheets guess a column's kind from its cells, and a node's name is such a cell.
 #pragma once
@@ -38,9 +39,10 @@ constexpr bool reads_as_number(std::string_view word) {
 
 // mar-1, SEPT2, 1-may: spreadsheets make dates of them.
 constexpr bool reads_as_date(std::string_view word) {
-  constexpr std::array<std::string_view, 25> kMonths{
-      "january", "february", "march", "april", "may", "june", "july", "august", "september", "october", "november", "december",
-      "jan", "feb", "mar", "apr", "jun", "jul", "aug", "sept", "sep", "oct", "nov", "dec", "mai"};
+  constexpr std::array<std::string_view, 25> kMonths{"january", "february",  "march",   "april",    "may",      "june", "july",
+                                                     "august",  "september", "october", "november", "december", "jan",  "feb",
+                                                     "mar",     "apr",       "jun",     "jul",      "aug",      "sept", "sep",
+                                                     "oct",     "nov",       "dec",     "mai"};
   for (const std::string_view month : kMonths) {
     if (word.size() <= month.size()) continue;
     const std::size_t rest = word.size() - month.size();
@@ -53,8 +55,8 @@ constexpr bool reads_as_date(std::string_view word) {
 }  // namespace detail
 
 [[nodiscard]] constexpr bool reads_as_value(std::string_view word) {
-  constexpr std::array<std::string_view, 15> kValues{"na", "n.a.", "nan", "nat", "null", "none", "nil", "inf", "infinity",
-                                                     "true", "false", "t", "f", "yes", "no"};
+  constexpr std::array<std::string_view, 15> kValues{"na",       "n.a.", "nan",   "nat", "null", "none", "nil", "inf",
+                                                     "infinity", "true", "false", "t",   "f",    "yes",  "no"};
   std::string_view unsigned_word = word;
   if (unsigned_word.starts_with('-')) unsigned_word.remove_prefix(1);
   for (const std::string_view value : kValues)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A corner's coordinate in steps of 1/1024 px (3e-4 px rms of rounding).
 #pragma once
 

@@ -1,4 +1,5 @@
 # shellcheck shell=sh
+# SPDX-License-Identifier: Apache-2.0
 # Sourced by scripts that check one thing after the other: a line each, and failed=1 when one does not hold. What a command
 # says is shown when it fails, or always with check_shows=always.
 failed=0
@@ -14,6 +15,7 @@ check() { # name, command...
   else
     echo "FAIL  $check_name: $*"
     sed 's/^/      /' "$check_said"
+    # shellcheck disable=SC2034  # read by the script that sources this
     failed=1
   fi
 }

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Installs what is missing of tests/packages.txt, or of the list that is given. With nothing missing: no network, no root.
 set -euo pipefail
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Sums ctest's JUnit files: lists what was skipped and why, what failed, and ends with one line of counts.
 
 usage: summarise_runs.py STAGE=junit.xml ... JOB=exit:CODE ...

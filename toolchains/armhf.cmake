@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # 32-bit ARM boards with NEON: Raspberry Pi 2 and later under a 32-bit system. Debian's armhf itself asks for less (no NEON),
 # but the vector kernels are what makes camera rate possible there.
 set(CMAKE_SYSTEM_PROCESSOR armv7l)

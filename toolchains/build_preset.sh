@@ -1,4 +1,5 @@
 # shellcheck shell=bash
+# SPDX-License-Identifier: Apache-2.0
 # Sourced by scripts of this project that need something built, which stand in the project's folder.
 
 # Makes the sysroot of a preset for boards, if it has one and it is not there.

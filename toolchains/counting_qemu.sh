@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Unpacks a qemu that takes plugins into build/counting-qemu: Debian's static one takes none, and installing the other
 # would replace it.
 set -euo pipefail

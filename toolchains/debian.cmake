@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Builds for a board on a PC over a sysroot of toolchains/sysroot.sh; arm64.cmake and armhf.cmake say which.
 # SRD_SYSROOT: where it is, if not Debian 12's under build/sysroots.
 set(CMAKE_SYSTEM_NAME Linux)

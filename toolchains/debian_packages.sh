@@ -1,4 +1,5 @@
 # shellcheck shell=bash
+# SPDX-License-Identifier: Apache-2.0
 # Sourced by the scripts of this folder: Debian packages of any release and architecture, unpacked into a folder.
 # Nothing is installed, no foreign architecture is added to the machine, no root is needed.
 

@@ -1,4 +1,5 @@
 # shellcheck shell=bash
+# SPDX-License-Identifier: Apache-2.0
 # Sourced by scripts that need a Debian system to try something in, after debian_packages.sh and kept.sh: systems of this
 # machine's architecture, and of others, run by qemu.
 
@@ -36,6 +37,7 @@ know_interpreter() { # architecture
 make_root() { # architecture, release; sets root_tar and root_archives
   local archive codename
   root_tar=$(kept_path "root-debian$2-$1" toolchains/emulated_root.sh).tar || return 1
+  # shellcheck disable=SC2034,SC2154  # read by who called; set by kept.sh
   root_archives=$kept_folder/archives-debian$2-$1
   [ ! -s "$root_tar" ] || return 0
   codename=$(debian_codename "$2") || return 1

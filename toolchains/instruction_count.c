@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /* A plugin for qemu 7.2 or later that counts the instructions a program executes. To the file that INSTRUCTION_COUNT names
    it writes the number, and then a line "address number" for every piece of code in hexadecimal and decimal. Declarations from qemu's public plugin interface, version 1: Debian ships no header. */
 #include <inttypes.h>

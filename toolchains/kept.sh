@@ -1,4 +1,5 @@
 # shellcheck shell=bash
+# SPDX-License-Identifier: Apache-2.0
 # Sourced by scripts that make something large out of Debian's packages: it is kept between clones, by the content of the
 # files that say how it is made, for 30 days, since the archive moves on. SRD_KEPT names another folder.
 kept_folder=${SRD_KEPT:-${XDG_CACHE_HOME:-${HOME:-$PWD/build}/.cache}/flume-srd}

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # OpenCV's parts as imported targets srd::opencv_<module>, found one by one: Debian keeps OpenCVConfig.cmake in a
 # package that pulls in a gigabyte (viz, VTK, Qt), and the parts used here are small. A board needs the core alone.
 find_path(SRD_OPENCV_INCLUDE opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Unpacks what building for a board needs into build/sysroots/debian<RELEASE>-<ARCHITECTURE>. Kept between clones (kept.sh).
 # Then: cmake --workflow --preset arm64 (armhf, arm64-debian13)
 set -euo pipefail

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Ends with 0 when a node's configuration was edited: it is none of the profiles that wait for a person to do so.
 set -eu
 config=${1:?usage: configured FILE}

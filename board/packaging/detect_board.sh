@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Prints the name of the profile that fits this board, by what the firmware calls it.
 set -eu
 model=$(tr -d '\000' 2>/dev/null <"${SRD_MODEL_FILE:-/proc/device-tree/model}" || true)

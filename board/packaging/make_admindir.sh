@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # make_admindir.sh SYSROOT FOLDER: a dpkg database for dpkg-shlibdeps out of the sysroot's own.
 # dpkg-shlibdeps asks for the owner of the path where it found a library, which is below the sysroot: so are the paths here.
 set -eu

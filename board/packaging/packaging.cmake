@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Debian packages of what this build has: flume-srd-node (srd-node, service, profiles) and flume-srd (srd).
 #   cpack -G DEB --config build/<preset>/CPackConfig.cmake -B build/<preset>/packages
 set(SRD_PACKAGE_REVISION 1 CACHE STRING "Debian revision of the packages")

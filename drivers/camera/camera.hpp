@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What every camera kind offers: frames, borrowed one by one, with their time. One folder or file per kind below.
 #pragma once
 
@@ -20,12 +21,12 @@ using Nanoseconds = std::chrono::nanoseconds;
 // A borrowed frame: valid until give_back. No copy of pixels is made anywhere.
 struct CameraFrame {
   GrayView image;
-  std::uint64_t sequence = 0;       // of the source; a gap means frames that the source lost
-  std::int64_t time_ns = 0;         // middle of the light that made the image
+  std::uint64_t sequence = 0;  // of the source; a gap means frames that the source lost
+  std::int64_t time_ns = 0;    // middle of the light that made the image
   ClockId clock = ClockId::kUnknown;
-  std::uint32_t exposure_us = 0;    // 0: unknown
+  std::uint32_t exposure_us = 0;  // 0: unknown
   StrobePhase strobe = StrobePhase::kUnstrobed;
-  std::uint32_t buffer = 0;         // for give_back
+  std::uint32_t buffer = 0;  // for give_back
 };
 
 enum class Capture : std::uint8_t {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What went wrong with a camera since its start. Written by the driver, read by any thread. Frames that the source lost
 // are not here: they are gaps in CameraFrame::sequence.
 #pragma once
@@ -13,11 +14,11 @@ namespace srd {
 }
 
 struct CameraCounters {
-  std::atomic<std::uint64_t> error_buffers{0};  // frames that the device marked as damaged, or gave only a part of
-  std::atomic<std::uint64_t> timeouts{0};       // spans without a frame, of a second and four periods at least
-  std::atomic<std::uint64_t> disconnects{0};    // times that the device went away, or stood still and was opened again
-  std::atomic<std::uint64_t> reconnects{0};     // times that it came back and streamed again
-  std::atomic<std::uint64_t> bad_stamps{0};     // frames whose stamp cannot be true: timed by their arrival
+  std::atomic<std::uint64_t> error_buffers{0};     // frames that the device marked as damaged, or gave only a part of
+  std::atomic<std::uint64_t> timeouts{0};          // spans without a frame, of a second and four periods at least
+  std::atomic<std::uint64_t> disconnects{0};       // times that the device went away, or stood still and was opened again
+  std::atomic<std::uint64_t> reconnects{0};        // times that it came back and streamed again
+  std::atomic<std::uint64_t> bad_stamps{0};        // frames whose stamp cannot be true: timed by their arrival
   std::atomic<std::uint64_t> requeue_failures{0};  // buffers that the device did not take back at once
 
   [[nodiscard]] bool any() const {
@@ -43,8 +44,6 @@ struct CameraCounters {
   }
 };
 
-inline void count_one(std::atomic<std::uint64_t>& counter) noexcept {
-  counter.fetch_add(1, std::memory_order_relaxed);
-}
+inline void count_one(std::atomic<std::uint64_t>& counter) noexcept { counter.fetch_add(1, std::memory_order_relaxed); }
 
 }  // namespace srd

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Image buffers that a camera hands out and gets back. Reserved once; acquire and release do not allocate.
 #pragma once
 
@@ -58,8 +59,7 @@ class FramePool {
   }
 
   [[nodiscard]] std::uint8_t* pixels(std::uint32_t buffer) {
-    return first_ + static_cast<std::size_t>(buffer) * static_cast<std::size_t>(stride_) *
-                        static_cast<std::size_t>(height_);
+    return first_ + static_cast<std::size_t>(buffer) * static_cast<std::size_t>(stride_) * static_cast<std::size_t>(height_);
   }
   [[nodiscard]] GrayView view(std::uint32_t buffer) { return {pixels(buffer), width_, height_, stride_}; }
   [[nodiscard]] int width() const { return width_; }

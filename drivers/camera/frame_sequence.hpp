@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // 64-bit frame numbers out of a driver's 32-bit ones, across their wrap and across reconnects. One thread.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // When a frame's light fell: from what the driver's time stamp marks to exposure, in integers. Pure; any thread.
 //
 // Model, e the exposure and r the time from the first row's readout to the last one's:
@@ -58,8 +59,7 @@ struct FrameTiming {
   }
   // From t0 to the middle of the light, without a strobe.
   [[nodiscard]] constexpr std::int64_t middle_offset_ns() const {
-    const std::int64_t row =
-        shutter == Shutter::kRolling ? (readout_ns * row_fraction + kWholeHeight / 2) / kWholeHeight : 0;
+    const std::int64_t row = shutter == Shutter::kRolling ? (readout_ns * row_fraction + kWholeHeight / 2) / kWholeHeight : 0;
     return row + exposure_ns / 2;
   }
   // The frame's time, CameraFrame::time_ns.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/gray_conversion.hpp"
 
 #include <cstring>
@@ -22,8 +23,7 @@ void luma(const std::uint8_t* __restrict from, std::uint8_t* __restrict to, int 
 template <int kBits>
 void high_bits(const std::uint8_t* __restrict from, std::uint8_t* __restrict to, int width) noexcept {
   constexpr int kDown = kBits - 8;
-  for (int i = 0; i < width; ++i)
-    to[i] = static_cast<std::uint8_t>((from[2 * i] >> kDown) | (from[2 * i + 1] << (8 - kDown)));
+  for (int i = 0; i < width; ++i) to[i] = static_cast<std::uint8_t>((from[2 * i] >> kDown) | (from[2 * i + 1] << (8 - kDown)));
 }
 
 void high_bits_of(int bits, const std::uint8_t* from, std::uint8_t* to, int width) noexcept {
@@ -42,8 +42,8 @@ void high_bits_of(int bits, const std::uint8_t* from, std::uint8_t* to, int widt
 
 }  // namespace
 
-void convert_to_gray(GrayLayout layout, int bits, const std::uint8_t* from, int from_stride, std::uint8_t* to,
-                     int to_stride, int width, int height) noexcept {
+void convert_to_gray(GrayLayout layout, int bits, const std::uint8_t* from, int from_stride, std::uint8_t* to, int to_stride,
+                     int width, int height) noexcept {
   for (int v = 0; v < height; ++v, from += from_stride, to += to_stride) switch (layout) {
       case GrayLayout::kBytes: std::memcpy(to, from, static_cast<std::size_t>(width)); break;
       case GrayLayout::kEvenBytes: even_bytes(from, to, width); break;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What one image says of why no pattern is found in it: few numbers, taken once, and words made of them at the edge.
 #pragma once
 

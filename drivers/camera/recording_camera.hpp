@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Replays a recording through the camera interface. Never drops: next waits for a free buffer.
 #pragma once
 
@@ -14,7 +15,7 @@ namespace srd {
 struct RecordingCameraOptions {
   Pace pace = Pace::kCamera;
   RecordingTimes times;
-  int buffers = 4;     // at least 3 are reserved, at most FramePool::kMostBuffers
+  int buffers = 4;  // at least 3 are reserved, at most FramePool::kMostBuffers
 };
 
 // Frames have the clock kRecording, and the size of the first image that can be read. An image that is

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A scene of the simulator through the camera interface.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether a driver's monotonic stamp can be true, judged by when its frame arrived. One that cannot is replaced by the
 // arrival, so that no frame carries a time at which its light cannot have fallen. Integers; no heap; one thread.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/net/address.hpp"
 
 #include <arpa/inet.h>
@@ -88,8 +89,8 @@ int Address::look_up(const HostAndPort& of, int flags, std::vector<Address>& add
 std::string Address::text() const {
   std::array<char, NI_MAXHOST> host{};
   std::array<char, NI_MAXSERV> service{};
-  if (::getnameinfo(get(), size_, host.data(), host.size(), service.data(), service.size(),
-                    NI_NUMERICHOST | NI_NUMERICSERV) != 0)
+  if (::getnameinfo(get(), size_, host.data(), host.size(), service.data(), service.size(), NI_NUMERICHOST | NI_NUMERICSERV) !=
+      0)
     return "(no address)";
   const std::string name = family() == AF_INET6 ? "[" + std::string(host.data()) + "]" : std::string(host.data());
   return name + ":" + service.data();

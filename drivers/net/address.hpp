@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // "HOST:PORT" of a UDP peer: "192.168.1.20:47810", "[fe80::1%eth0]:47810", "flume-pc.local:47810".
 #pragma once
 

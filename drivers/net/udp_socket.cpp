@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/net/udp_socket.hpp"
 
 #include <poll.h>
@@ -27,7 +28,7 @@ Outcome<UniqueFd> open_socket(const Address& address) {
 UdpSocket::Sent outcome(ssize_t sent) {
   if (sent >= 0) return UdpSocket::Sent::kSent;
   return errno == EAGAIN || errno == EWOULDBLOCK || errno == ENOBUFS || errno == EINTR ? UdpSocket::Sent::kBusy
-                                                                                        : UdpSocket::Sent::kFailed;
+                                                                                       : UdpSocket::Sent::kFailed;
 }
 
 }  // namespace
@@ -62,8 +63,7 @@ UdpSocket::Sent UdpSocket::send_to(const Address& peer, std::span<const std::uin
   return outcome(::sendto(fd_.get(), datagram.data(), datagram.size(), MSG_NOSIGNAL, peer.get(), peer.size()));
 }
 
-std::ptrdiff_t UdpSocket::receive(std::span<std::uint8_t> buffer, std::chrono::nanoseconds timeout,
-                                  Address* from) noexcept {
+std::ptrdiff_t UdpSocket::receive(std::span<std::uint8_t> buffer, std::chrono::nanoseconds timeout, Address* from) noexcept {
   const auto take = [&]() -> ssize_t {
     if (from == nullptr) return ::recv(fd_.get(), buffer.data(), buffer.size(), MSG_TRUNC);
     socklen_t size = Address::kCapacity;

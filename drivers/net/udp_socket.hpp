@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A UDP socket. Opening says in a Problem (exit 5) what does not work; sending and receiving do not allocate and not throw.
 // One thread at a time, but send and receive may be called from two.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/recording/durable_recording.hpp"
 
 #include <fcntl.h>
@@ -21,7 +22,8 @@ namespace fs = std::filesystem;
 constexpr std::size_t kReserved = 1 << 16;  // of rows: some thousand frames between two syncs
 
 Problem unwritable(const fs::path& what, int error) {
-  return {Exit::kInput,  "cannot be written", what.string(), "a writable folder with room",
+  return {Exit::kInput,         "cannot be written",
+          what.string(),        "a writable folder with room",
           std::strerror(error), "check the folder, its permissions and the disk"};
 }
 
@@ -44,7 +46,11 @@ Outcome<DurableRecording> DurableRecording::create(const fs::path& folder, bool 
   std::error_code error;
   const fs::path listing = folder / kFramesName;
   if (fs::exists(listing, error) && !overwrite)
-    return Problem{Exit::kUsage, "a recording is there already", listing.string(), "a new folder", "",
+    return Problem{Exit::kUsage,
+                   "a recording is there already",
+                   listing.string(),
+                   "a new folder",
+                   "",
                    "name another folder, or add --force to replace it"};
   fs::create_directories(folder, error);
   if (error) return Problem{Exit::kInput, "cannot be made", folder.string(), "a writable place", error.message(), ""};
@@ -65,8 +71,7 @@ Outcome<DurableRecording> DurableRecording::create(const fs::path& folder, bool 
   return made;
 }
 
-int DurableRecording::add(std::span<const std::uint8_t> pixels, int width, int height,
-                          const RecordedFrame& frame) noexcept {
+int DurableRecording::add(std::span<const std::uint8_t> pixels, int width, int height, const RecordedFrame& frame) noexcept {
   if (lost_ != 0) return lost_;
   std::array<char, 32> name;
   std::snprintf(name.data(), name.size(), "frame_%06" PRIu64 ".pgm", listed_ + unlisted_);
@@ -83,9 +88,8 @@ int DurableRecording::add(std::span<const std::uint8_t> pixels, int width, int h
   // The disk starts now: little is left to wait for at the next sync.
   (void)::sync_file_range(file.get(), 0, 0, SYNC_FILE_RANGE_WRITE);
   std::array<char, 128> row;
-  const int row_bytes =
-      std::snprintf(row.data(), row.size(), "%s,%" PRIu64 ",%" PRId64 ",%" PRIu32 ",%d\n", name.data(), frame.sequence,
-                    frame.time_ns, frame.exposure_us, static_cast<int>(frame.strobe));
+  const int row_bytes = std::snprintf(row.data(), row.size(), "%s,%" PRIu64 ",%" PRId64 ",%" PRIu32 ",%d\n", name.data(),
+                                      frame.sequence, frame.time_ns, frame.exposure_us, static_cast<int>(frame.strobe));
   rows_.append(row.data(), static_cast<std::size_t>(row_bytes));
   ++unlisted_;
   return 0;

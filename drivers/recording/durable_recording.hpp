@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A recording that survives a power cut: frames.csv lists only frames whose image is on the disk. Images (PGM) are written
 // one by one; sync() brings them to the disk together, then their rows. Cut at any moment, the folder is a recording of
 // all frames up to the last sync. One thread; add and sync do not throw.
@@ -39,7 +40,7 @@ class DurableRecording {
  private:
   std::filesystem::path folder_;
   UniqueFd directory_, listing_;
-  std::string rows_;  // of images that are not on the disk yet
+  std::string rows_;                         // of images that are not on the disk yet
   std::uint64_t listed_ = 0, unlisted_ = 0;  // together all images, which are numbered so
   Barrier barrier_ = nullptr;
   int lost_ = 0;  // errno of a barrier that failed

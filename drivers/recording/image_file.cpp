@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/recording/image_file.hpp"
 
 #include <algorithm>
@@ -19,9 +20,8 @@ constexpr int kPngLevelMost = 9;
 
 bool ends_in(const std::string& name, std::string_view ending) {
   if (name.size() < ending.size()) return false;
-  return std::equal(
-      ending.begin(), ending.end(), name.end() - static_cast<std::ptrdiff_t>(ending.size()),
-      [](char a, char b) { return a == static_cast<char>(std::tolower(static_cast<unsigned char>(b))); });
+  return std::equal(ending.begin(), ending.end(), name.end() - static_cast<std::ptrdiff_t>(ending.size()),
+                    [](char a, char b) { return a == static_cast<char>(std::tolower(static_cast<unsigned char>(b))); });
 }
 
 bool reads_others() { return &read_other_image != nullptr; }
@@ -83,12 +83,13 @@ bool read_gray_image_into(const std::string& file, const GrayBuffer& buffer) noe
 
 Outcome<void> write_gray_image(const fs::path& file, const GrayView& image, int png_level) {
   errno = 0;
-  const bool good = ends_in(file.string(), ".pgm")
-                        ? write_pgm(file.string(), image)
-                        : write_png(file.string(), image, std::clamp(png_level, 0, kPngLevelMost));
+  const bool good = ends_in(file.string(), ".pgm") ? write_pgm(file.string(), image)
+                                                   : write_png(file.string(), image, std::clamp(png_level, 0, kPngLevelMost));
   if (good) return {};
-  return Problem{Exit::kInput,  "cannot be written",
-                 file.string(), "a writable folder with room",
+  return Problem{Exit::kInput,
+                 "cannot be written",
+                 file.string(),
+                 "a writable folder with room",
                  errno != 0 ? std::strerror(errno) : "an image that cannot be encoded",
                  "check the folder, its permissions and the disk"};
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Grey images in files. PNG and PGM are read and written (both lossless); BMP, TIFF and JPEG are read by programs that
 // link srd_other_images. 16-bit images are shifted to 8 bits, colour is turned to grey.
 #pragma once
@@ -41,7 +42,6 @@ struct GrayBuffer {
 [[nodiscard]] bool read_gray_image_into(const std::string& file, const GrayBuffer& buffer) noexcept;
 
 // By the ending: .png (level 0 fastest to 9 smallest) or .pgm (8 bits, binary). Replaces the file.
-[[nodiscard]] Outcome<void> write_gray_image(const std::filesystem::path& file, const GrayView& image,
-                                             int png_level = 6);
+[[nodiscard]] Outcome<void> write_gray_image(const std::filesystem::path& file, const GrayView& image, int png_level = 6);
 
 }  // namespace srd

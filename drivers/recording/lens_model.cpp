@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/recording/lens_model.hpp"
 
 #include <algorithm>
@@ -15,15 +16,20 @@ struct Family {
   std::array<std::size_t, 3> counts;
 };
 constexpr Family kFamilies[] = {
-    {"plumb_bob", {4, 5, 5}},         {"radtan", {4, 5, 5}},          {"radial_tangential", {4, 5, 5}},
-    {"brown_conrady", {4, 5, 5}},     {"rational_polynomial", {8, 12, 14}}, {"rational", {8, 12, 14}},
-    {"thin_prism", {12, 14, 14}},     {"rational_thin_prism", {12, 14, 14}}, {"tilted", {14, 14, 14}},
+    {"plumb_bob", {4, 5, 5}},
+    {"radtan", {4, 5, 5}},
+    {"radial_tangential", {4, 5, 5}},
+    {"brown_conrady", {4, 5, 5}},
+    {"rational_polynomial", {8, 12, 14}},
+    {"rational", {8, 12, 14}},
+    {"thin_prism", {12, 14, 14}},
+    {"rational_thin_prism", {12, 14, 14}},
+    {"tilted", {14, 14, 14}},
 };
 
 std::string plain(std::string_view name) {
   std::string text;
-  for (const char c : name)
-    text += c == '-' || c == ' ' ? '_' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  for (const char c : name) text += c == '-' || c == ' ' ? '_' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return text;
 }
 
@@ -51,7 +57,8 @@ LensRefusal check_lens_model(std::string_view key, std::string_view name, std::s
     if (asked == "pinhole") return {};
     return {"pinhole", quoted(name)};
   }
-  const auto* family = std::find_if(std::begin(kFamilies), std::end(kFamilies), [&](const Family& f) { return f.name == asked; });
+  const auto* family =
+      std::find_if(std::begin(kFamilies), std::end(kFamilies), [&](const Family& f) { return f.name == asked; });
   if (family == std::end(kFamilies)) {
     std::string names;
     for (const Family& f : kFamilies) names += (names.empty() ? "" : ", ") + std::string(f.name) + " (" + counts_text(f) + ")";

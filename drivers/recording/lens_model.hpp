@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a calibration says of its lens's model, by the names that ROS, Kalibr, RealSense and OpenCV's samples use. Four
 // numbers of a fisheye are read as k1 k2 p1 p2 without complaint, and every ray is then wrong.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The largest sizes that files may name: beyond, a number is a slip of the pen or a damaged file.
 #pragma once
 

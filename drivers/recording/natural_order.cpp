@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/recording/natural_order.hpp"
 
 #include <algorithm>
@@ -11,9 +12,7 @@ namespace srd {
 namespace {
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
-bool is_letter(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || static_cast<unsigned char>(c) >= 0x80;
-}
+bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || static_cast<unsigned char>(c) >= 0x80; }
 bool is_sign(char c) { return c == '-' || c == '+'; }
 bool digit_at(std::string_view name, std::size_t at) { return at < name.size() && is_digit(name[at]); }
 std::size_t run_end(std::string_view name, std::size_t at) {
@@ -159,7 +158,8 @@ std::string sort_naturally(std::vector<std::string>& names) {
   std::string note;
   if (unsigned_order != order) note = "a '-' before digits as a sign";
   if (point_order != order)
-    note += std::string(note.empty() ? "" : ", ") + "a '.' between digits as " + (taken.fractions ? "a decimal point" : "a separator");
+    note += std::string(note.empty() ? "" : ", ") + "a '.' between digits as " +
+            (taken.fractions ? "a decimal point" : "a separator");
   if (!note.empty())
     note = "the file names can be read in two ways; taken: " + note + "; first " + order.front() + ", last " + order.back() +
            "; rename the files if that is not their order in time";

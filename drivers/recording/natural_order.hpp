@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // File names in the order that a person means: frame_2 before frame_10, -6 before 5, t_0.25 before t_0.5 before t_1.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/recording/other_images.hpp"
 
 #include <algorithm>
@@ -39,8 +40,7 @@ bool cut_jpeg(const std::string& file) {
 bool read_other_image(const std::string& file, GrayImage& image) noexcept {
   try {
     if (cut_jpeg(file)) return false;
-    const cv::Mat decoded =
-        cv::imread(file, cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION);
+    const cv::Mat decoded = cv::imread(file, cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION);
     if (decoded.type() != CV_8UC1 && decoded.type() != CV_16UC1) return false;
     image.width = decoded.cols;
     image.height = decoded.rows;

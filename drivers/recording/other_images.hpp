@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Image formats beyond PGM and PNG.
 #pragma once
 

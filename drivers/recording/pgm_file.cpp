@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/recording/pgm_file.hpp"
 
 #include <fcntl.h>
@@ -128,8 +129,7 @@ std::optional<PgmSize> pgm_size(const std::string& file) noexcept {
 bool read_pgm(const std::string& file, const GrayBuffer& to) noexcept {
   FileReader reader(file.c_str());
   PgmHeader header;
-  return pgm_header(reader, header) && header.width == to.width && header.height == to.height &&
-         pgm_pixels(reader, header, to);
+  return pgm_header(reader, header) && header.width == to.width && header.height == to.height && pgm_pixels(reader, header, to);
 }
 
 bool write_pgm(const std::string& file, const GrayView& image) {
@@ -139,8 +139,10 @@ bool write_pgm(const std::string& file, const GrayView& image) {
   const auto width = static_cast<std::size_t>(image.width);
   for (int v = 0; good && v < image.height; ++v) good = std::fwrite(image.row(v), 1, width, stream) == width;
   const int why = errno;
-  if (std::fclose(stream) == 0) errno = why;
-  else good = false;
+  if (std::fclose(stream) == 0)
+    errno = why;
+  else
+    good = false;
   return good;
 }
 

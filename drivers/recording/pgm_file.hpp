@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Binary PGM files (P5), read without the heap.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/recording/png_file.hpp"
 
 #include <png.h>
@@ -48,8 +49,7 @@ bool read_rows(png_structp png, png_infop info, std::FILE* file, GrayImage& imag
   }
   for (int pass = 0; pass < passes; ++pass)
     for (int v = 0; v < image.height; ++v)
-      png_read_row(png, image.pixels.data() + static_cast<std::size_t>(v) * static_cast<std::size_t>(image.width),
-                   nullptr);
+      png_read_row(png, image.pixels.data() + static_cast<std::size_t>(v) * static_cast<std::size_t>(image.width), nullptr);
   png_read_end(png, nullptr);
   return true;
 }
@@ -58,8 +58,8 @@ bool write_rows(png_structp png, png_infop info, std::FILE* file, const GrayView
   if (setjmp(png_jmpbuf(png)) != 0) return false;  // NOLINT: libpng's way
   png_init_io(png, file);
   png_set_compression_level(png, level);
-  png_set_IHDR(png, info, static_cast<png_uint_32>(image.width), static_cast<png_uint_32>(image.height), 8,
-               PNG_COLOR_TYPE_GRAY, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  png_set_IHDR(png, info, static_cast<png_uint_32>(image.width), static_cast<png_uint_32>(image.height), 8, PNG_COLOR_TYPE_GRAY,
+               PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   png_write_info(png, info);
   for (int v = 0; v < image.height; ++v) png_write_row(png, image.row(v));
   png_write_end(png, nullptr);

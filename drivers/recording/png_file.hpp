@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // PNG files by libpng: any kind is read as 8-bit grey, 8-bit grey is written.
 #pragma once
 

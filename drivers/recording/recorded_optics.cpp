@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/recording/recorded_optics.hpp"
 
 #include <algorithm>
@@ -68,7 +69,8 @@ Plates read_plates(TomlTable& table) {
 std::string plates_toml(std::string_view heading, const Plates& plates) {
   std::string text;
   for (const dsp::Layer<double>& plate : plates)
-    text += "[[" + std::string(heading) + "]]\nthickness_mm = " + real(plate.thickness) + "\nindex = " + real(plate.index) + "\n";
+    text +=
+        "[[" + std::string(heading) + "]]\nthickness_mm = " + real(plate.thickness) + "\nindex = " + real(plate.index) + "\n";
   return text;
 }
 
@@ -79,13 +81,18 @@ Outcome<Plates> parse_plates(std::span<const std::string> texts, const std::stri
     const auto thickness = fields.size() == 2 ? parse_number<double>(trimmed(fields[0])) : std::nullopt;
     const auto index = fields.size() == 2 ? parse_number<double>(trimmed(fields[1])) : std::nullopt;
     if (!thickness || !index || !(*thickness > 0 && *thickness <= kThickestMm) || !(*index >= 1 && *index <= kMostIndex))
-      return Problem{Exit::kUsage, option + " is no plate", "", "THICKNESS,INDEX: above 0 to 1000 mm, and 1 to 3", text,
-                     option + " 12,1.49 for 12 mm of acrylic"};
+      return Problem{Exit::kUsage, option + " is no plate",
+                     "",           "THICKNESS,INDEX: above 0 to 1000 mm, and 1 to 3",
+                     text,         option + " 12,1.49 for 12 mm of acrylic"};
     plates.push_back({*thickness, *index});
   }
   if (plates.size() > dsp::kMaxLayers)
-    return Problem{Exit::kUsage, "too many plates", option, "at most " + std::to_string(dsp::kMaxLayers),
-                   std::to_string(plates.size()), ""};
+    return Problem{Exit::kUsage,
+                   "too many plates",
+                   option,
+                   "at most " + std::to_string(dsp::kMaxLayers),
+                   std::to_string(plates.size()),
+                   ""};
   return plates;
 }
 
@@ -137,10 +144,12 @@ Outcome<std::optional<RecordedOptics>> read_recorded_optics(const fs::path& fold
 
 Outcome<void> write_recorded_optics(const fs::path& folder, const RecordedOptics& optics) {
   std::string text = "# What the light went through when this was recorded, and the surface model. Plates from the top down.\n";
-  text += "[water]\nrefractive_index = " + real(optics.media.water) + "\n" + plates_toml("water.plate", plates_of(optics.media));
+  text +=
+      "[water]\nrefractive_index = " + real(optics.media.water) + "\n" + plates_toml("water.plate", plates_of(optics.media));
   if (optics.model) {
     std::string modes;
-    for (const dsp::Mode& mode : optics.model->modes) modes += (modes.empty() ? "\"" : ", \"") + std::string(mode.name().data()) + "\"";
+    for (const dsp::Mode& mode : optics.model->modes)
+      modes += (modes.empty() ? "\"" : ", \"") + std::string(mode.name().data()) + "\"";
     text += "[surface]\nmodes = [" + modes + "]\nlx_mm = " + real(optics.model->lx) + "\nly_mm = " + real(optics.model->ly) +
             "\nx0_mm = " + real(optics.model->x0) + "\ny0_mm = " + real(optics.model->y0) + "\n";
   }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // optics.toml of a recording: what the light went through and which surface was fitted, for whoever measures the same
 // images again. Names and units are those of srd-node's configuration:
 //   [water]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/recording/recording.hpp"
 
 #include <algorithm>
@@ -22,8 +23,7 @@ constexpr int kPngLevel = 3;  // recording at camera rate: half the time of leve
 // A name that stays inside the folder.
 bool is_inner_path(std::string_view name) {
   const fs::path path{name};
-  return !name.empty() && path.is_relative() &&
-         std::find(path.begin(), path.end(), fs::path("..")) == path.end();
+  return !name.empty() && path.is_relative() && std::find(path.begin(), path.end(), fs::path("..")) == path.end();
 }
 
 std::optional<RecordedFrame> parse_row(std::string_view line) {
@@ -34,8 +34,7 @@ std::optional<RecordedFrame> parse_row(std::string_view line) {
   const auto exposure_us = parse_number<std::uint32_t>(fields[3]);
   if (!sequence || !time_ns || !exposure_us) return std::nullopt;
   if (fields[4] != "0" && fields[4] != "1" && fields[4] != "2") return std::nullopt;
-  return RecordedFrame{std::string(fields[0]), *sequence, *time_ns, *exposure_us,
-                       static_cast<StrobePhase>(fields[4][0] - '0')};
+  return RecordedFrame{std::string(fields[0]), *sequence, *time_ns, *exposure_us, static_cast<StrobePhase>(fields[4][0] - '0')};
 }
 
 // The time of a frame so many after the first one, ns; none where it does not fit.
@@ -52,8 +51,7 @@ Problem too_slow(const std::string& where, double rate_hz) {
 }
 
 Outcome<void> read_listing(const fs::path& file, const RecordingTimes& times, Recording& recording) {
-  const Outcome<std::string> text =
-      read_text_file(file, "a listing: " + std::string(kFramesHeader), std::size_t{1} << 30);
+  const Outcome<std::string> text = read_text_file(file, "a listing: " + std::string(kFramesHeader), std::size_t{1} << 30);
   if (!text) return text.error();
   const std::vector<TextLine> lines = split_lines(*text);
   if (lines.size() == 1 && !lines[0].ended && kFramesHeader.starts_with(lines[0].text)) {
@@ -78,13 +76,12 @@ Outcome<void> read_listing(const fs::path& file, const RecordingTimes& times, Re
         recording.cut = true;
         break;
       }
-      return Problem{
-          Exit::kInput,
-          "is not a frame",
-          where,
-          std::string(kFramesHeader) + "; file inside the folder, whole numbers, strobe 0, 1 (lit) or 2 (dark)",
-          "'" + std::string(line.text.substr(0, 120)) + "'",
-          ""};
+      return Problem{Exit::kInput,
+                     "is not a frame",
+                     where,
+                     std::string(kFramesHeader) + "; file inside the folder, whole numbers, strobe 0, 1 (lit) or 2 (dark)",
+                     "'" + std::string(line.text.substr(0, 120)) + "'",
+                     ""};
     }
     if (!recording.frames.empty()) {
       const RecordedFrame& before = recording.frames.back();
@@ -127,8 +124,7 @@ Outcome<void> list_images(double rate_hz, Recording& recording) {
     std::error_code ignored;
     if (is_image_name(name) && name != kReferenceName && !it->is_directory(ignored)) names.push_back(name);
   }
-  if (error)
-    return Problem{Exit::kInput, "cannot be listed", where, "a readable folder", error.message(), ""};
+  if (error) return Problem{Exit::kInput, "cannot be listed", where, "a readable folder", error.message(), ""};
   if (names.empty())
     return Problem{Exit::kInput, "holds neither frames.csv nor images",  where, "a recording",
                    "",           "name the folder that holds the images"};
@@ -183,8 +179,7 @@ Outcome<RecordingWriter> RecordingWriter::create(const fs::path& folder, ImageFo
                    "",
                    "name another folder, or add --force to replace it"};
   fs::create_directories(folder, error);
-  if (error)
-    return Problem{Exit::kInput, "cannot be made", folder.string(), "a writable place", error.message(), ""};
+  if (error) return Problem{Exit::kInput, "cannot be made", folder.string(), "a writable place", error.message(), ""};
   RecordingWriter writer;
   writer.folder_ = folder;
   writer.format_ = format;
@@ -201,8 +196,8 @@ Outcome<void> RecordingWriter::add(const GrayView& image, const RecordedFrame& f
   char name[32];
   std::snprintf(name, sizeof name, "frame_%06d.%s", frames_, format_ == ImageFormat::kPng ? "png" : "pgm");
   if (Outcome<void> written = write_gray_image(folder_ / name, image, kPngLevel); !written) return written;
-  if (std::fprintf(listing_.get(), "%s,%" PRIu64 ",%" PRId64 ",%" PRIu32 ",%d\n", name, frame.sequence,
-                   frame.time_ns, frame.exposure_us, static_cast<int>(frame.strobe)) < 0 ||
+  if (std::fprintf(listing_.get(), "%s,%" PRIu64 ",%" PRId64 ",%" PRIu32 ",%d\n", name, frame.sequence, frame.time_ns,
+                   frame.exposure_us, static_cast<int>(frame.strobe)) < 0 ||
       std::fflush(listing_.get()) != 0)
     return Problem{Exit::kInput,         "cannot be written",  (folder_ / kFramesName).string(),
                    "a folder with room", std::strerror(errno), "check the disk"};

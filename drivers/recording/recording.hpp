@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A recording: a folder with images and frames.csv (file,sequence,time_ns,exposure_us,strobe), and beside
 // them calibration.yml, pose.yml, points.txt, truth.csv, reference.png where they are known. Without
 // frames.csv the images are taken in natural order (natural_order.hpp) at a rate that the caller gives.
@@ -39,8 +40,8 @@ struct RecordedFrame {
 struct Recording {
   std::filesystem::path folder;
   std::vector<RecordedFrame> frames;
-  bool listed = false;  // frames.csv was there
-  bool cut = false;     // its last line was not whole and was left out: the recorder was interrupted
+  bool listed = false;               // frames.csv was there
+  bool cut = false;                  // its last line was not whole and was left out: the recorder was interrupted
   std::vector<std::string> notes{};  // for a person: how order and times were come by where that is not plain
 };
 
@@ -61,8 +62,7 @@ class RecordingWriter {
  public:
   // Makes the folder. kUsage when it holds a recording already and overwrite is false. With overwrite,
   // frames.csv starts anew; images of the old recording that the new one does not replace stay, unlisted.
-  [[nodiscard]] static Outcome<RecordingWriter> create(const std::filesystem::path& folder,
-                                                       ImageFormat format, bool overwrite);
+  [[nodiscard]] static Outcome<RecordingWriter> create(const std::filesystem::path& folder, ImageFormat format, bool overwrite);
   // frame.file is ignored: the writer names images frame_000000.png, frame_000001.png, ..
   [[nodiscard]] Outcome<void> add(const GrayView& image, const RecordedFrame& frame);
   [[nodiscard]] int frames() const { return frames_; }

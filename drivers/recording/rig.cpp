@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/recording/rig.hpp"
 
 #include <Eigen/LU>
@@ -22,8 +23,8 @@ constexpr std::size_t kMostBytes = std::size_t{1} << 22;
 constexpr int kDeepest = 16;  // of brackets: OpenCV's parser recurses on them
 constexpr double kMostPixels = 1e6;
 
-Problem wrong(const fs::path& file, const std::string& key, const std::string& expected,
-              const std::string& found, const std::string& advice = {}) {
+Problem wrong(const fs::path& file, const std::string& key, const std::string& expected, const std::string& found,
+              const std::string& advice = {}) {
   return {Exit::kInput, "key '" + key + "'", file.string(), expected, found, advice};
 }
 
@@ -79,17 +80,14 @@ Outcome<std::vector<double>> matrix(const cv::FileNode& root, const fs::path& fi
     return wrong(file, key, expected, "a matrix without rows, cols or data");
   const int n_rows = static_cast<int>(rows), n_columns = static_cast<int>(columns);
   const std::size_t count = list.size();
-  if (n_rows < 1 || n_columns < 1 || n_rows > 64 || n_columns > 64 ||
-      static_cast<std::size_t>(n_rows * n_columns) != count)
+  if (n_rows < 1 || n_columns < 1 || n_rows > 64 || n_columns > 64 || static_cast<std::size_t>(n_rows * n_columns) != count)
     return wrong(file, key, expected,
-                 std::to_string(n_rows) + " x " + std::to_string(n_columns) + " with " +
-                     std::to_string(count) + " numbers");
+                 std::to_string(n_rows) + " x " + std::to_string(n_columns) + " with " + std::to_string(count) + " numbers");
   std::vector<double> numbers;
   for (const cv::FileNode& element : list) {
     const double x = element.isInt() || element.isReal() ? element.real() : std::nan("");
     if (!std::isfinite(x))
-      return wrong(file, key, expected,
-                   "entry " + std::to_string(numbers.size()) + " is not a finite number");
+      return wrong(file, key, expected, "entry " + std::to_string(numbers.size()) + " is not a finite number");
     numbers.push_back(x);
   }
   if (shape != nullptr) *shape = {n_rows, n_columns};
@@ -102,8 +100,7 @@ Outcome<int> image_side(const cv::FileNode& root, const fs::path& file, const st
   const std::string expected = "a whole number of px from 1 to 1000000";
   if (!node.isInt()) return wrong(file, key, expected, "something else");
   const int side = static_cast<int>(node);
-  if (side < 1 || side > static_cast<int>(kMostPixels))
-    return wrong(file, key, expected, std::to_string(side));
+  if (side < 1 || side > static_cast<int>(kMostPixels)) return wrong(file, key, expected, std::to_string(side));
   return side;
 }
 
@@ -138,8 +135,7 @@ Outcome<Calibration> calibration_of(const cv::FileNode& root, const fs::path& fi
     return wrong(file, kKey, expected, std::to_string(shape.rows) + " x " + std::to_string(shape.columns));
   const std::vector<double>& m = *k;
   const bool pinhole = m[1] == 0 && m[3] == 0 && m[6] == 0 && m[7] == 0 && m[8] == 1;
-  if (!pinhole || !(m[0] > 0) || !(m[4] > 0) ||
-      std::max({m[0], m[4], std::abs(m[2]), std::abs(m[5])}) > kMostPixels)
+  if (!pinhole || !(m[0] > 0) || !(m[4] > 0) || std::max({m[0], m[4], std::abs(m[2]), std::abs(m[5])}) > kMostPixels)
     return wrong(file, kKey, expected, list_text(m));
 
   Calibration calibration;
@@ -149,16 +145,14 @@ Outcome<Calibration> calibration_of(const cv::FileNode& root, const fs::path& fi
     if (!d) return d.error();
     const std::size_t n = d->size();
     if ((shape.rows != 1 && shape.columns != 1) || (n != 4 && n != 5 && n != 8 && n != 12 && n != 14))
-      return wrong(file, kDistortionKey, counts,
-                   std::to_string(shape.rows) + " x " + std::to_string(shape.columns));
+      return wrong(file, kDistortionKey, counts, std::to_string(shape.rows) + " x " + std::to_string(shape.columns));
     if (auto lens = check_lens(root, file, n); !lens) return lens.error();
     calibration.distortion = *d;
   } else {
     return wrong(file, kDistortionKey, "4, 5, 8, 12 or 14 numbers", "no such key",
                  "give four zeros for a lens without distortion");
   }
-  const Outcome<int> width = image_side(root, file, "image_width"),
-                     height = image_side(root, file, "image_height");
+  const Outcome<int> width = image_side(root, file, "image_width"), height = image_side(root, file, "image_height");
   if (!width) return width.error();
   if (!height) return height.error();
   calibration.image_width = *width;
@@ -176,8 +170,7 @@ Outcome<dsp::Pose<double>> pose_of(const cv::FileNode& root, const fs::path& fil
   const Outcome<std::vector<double>> r = matrix(root, file, kRotationKey, expected, &shape);
   if (!r) return r.error();
   if (shape.rows != 3 || shape.columns != 3)
-    return wrong(file, kRotationKey, expected,
-                 std::to_string(shape.rows) + " x " + std::to_string(shape.columns));
+    return wrong(file, kRotationKey, expected, std::to_string(shape.rows) + " x " + std::to_string(shape.columns));
   const dsp::Mat3<double> given = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(r->data());
   const double off = (given * given.transpose() - dsp::Mat3<double>::Identity()).cwiseAbs().maxCoeff();
   const double determinant = given.determinant();
@@ -188,11 +181,9 @@ Outcome<dsp::Pose<double>> pose_of(const cv::FileNode& root, const fs::path& fil
   const Outcome<std::vector<double>> t = matrix(root, file, kTranslationKey, lengths, &shape);
   if (!t) return t.error();
   if (t->size() != 3 || (shape.rows != 1 && shape.columns != 1))
-    return wrong(file, kTranslationKey, lengths,
-                 std::to_string(shape.rows) + " x " + std::to_string(shape.columns));
+    return wrong(file, kTranslationKey, lengths, std::to_string(shape.rows) + " x " + std::to_string(shape.columns));
   for (const double x : *t)
-    if (std::abs(x) > kMostMm)
-      return wrong(file, kTranslationKey, lengths + ", each within 1 km", list_text(*t));
+    if (std::abs(x) > kMostMm) return wrong(file, kTranslationKey, lengths + ", each within 1 km", list_text(*t));
   dsp::Pose<double> pose;
   pose.translation = Eigen::Map<const dsp::Vec3<double>>(t->data());
   // A matrix that is a rotation to the last bits keeps them: writing and reading gives the same numbers.
@@ -209,8 +200,7 @@ Outcome<dsp::Pose<double>> pose_of(const cv::FileNode& root, const fs::path& fil
 template <class Write>
 Outcome<void> store(const fs::path& file, Write write) {
   try {
-    cv::FileStorage storage("",
-                            cv::FileStorage::WRITE | cv::FileStorage::MEMORY | cv::FileStorage::FORMAT_YAML);
+    cv::FileStorage storage("", cv::FileStorage::WRITE | cv::FileStorage::MEMORY | cv::FileStorage::FORMAT_YAML);
     write(storage);
     return write_text_file(file, storage.releaseAndGetString());
   } catch (const std::exception& exception) {
@@ -230,8 +220,7 @@ Outcome<void> write_calibration(const fs::path& file, const Calibration& calibra
   return store(file, [&](cv::FileStorage& storage) {
     if (calibration.image_width > 0) storage << "image_width" << calibration.image_width;
     if (calibration.image_height > 0) storage << "image_height" << calibration.image_height;
-    storage << "camera_matrix"
-            << cv::Mat(cv::Matx33d(camera.fx(), 0, camera.cx(), 0, camera.fy(), camera.cy(), 0, 0, 1));
+    storage << "camera_matrix" << cv::Mat(cv::Matx33d(camera.fx(), 0, camera.cx(), 0, camera.fy(), camera.cy(), 0, 0, 1));
     std::vector<double> distortion = calibration.distortion;
     if (distortion.empty()) distortion.assign(camera.distortion().begin(), camera.distortion().end());
     storage << "distortion_coefficients" << cv::Mat(distortion);
@@ -239,8 +228,7 @@ Outcome<void> write_calibration(const fs::path& file, const Calibration& calibra
 }
 
 Outcome<dsp::Pose<double>> read_pose(const fs::path& file) {
-  return with_storage<dsp::Pose<double>>(file, "a camera pose",
-                                         [&](const cv::FileNode& root) { return pose_of(root, file); });
+  return with_storage<dsp::Pose<double>>(file, "a camera pose", [&](const cv::FileNode& root) { return pose_of(root, file); });
 }
 
 Outcome<void> write_pose(const fs::path& file, const dsp::Pose<double>& pose) {
@@ -290,15 +278,13 @@ Outcome<Points> read_points(const fs::path& file) {
     points.emplace_back(xyz[0], xyz[1], xyz[2]);
   }
   if (points.empty())
-    return Problem{
-        Exit::kInput, "holds no points", file.string(), expected, text->empty() ? "an empty file" : "", ""};
+    return Problem{Exit::kInput, "holds no points", file.string(), expected, text->empty() ? "an empty file" : "", ""};
   return points;
 }
 
 Outcome<void> write_points(const fs::path& file, const Points& points) {
   std::string text;
-  for (const auto& p : points)
-    text += number_text(p.x()) + " " + number_text(p.y()) + " " + number_text(p.z()) + "\n";
+  for (const auto& p : points) text += number_text(p.x()) + " " + number_text(p.y()) + " " + number_text(p.z()) + "\n";
   return write_text_file(file, text);
 }
 

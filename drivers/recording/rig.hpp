@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Files that say where a camera is and what it looks at: calibration.yml, pose.yml, points.txt.
 // OpenCV FileStorage keys as OpenSRD writes them. Every reader checks counts, ranges and NaN, and names file
 // and key.
@@ -25,8 +26,7 @@ struct Calibration {
 using Points = std::vector<dsp::Vec3<double>>;
 
 [[nodiscard]] Outcome<Calibration> read_calibration(const std::filesystem::path& file);
-[[nodiscard]] Outcome<void> write_calibration(const std::filesystem::path& file,
-                                              const Calibration& calibration);
+[[nodiscard]] Outcome<void> write_calibration(const std::filesystem::path& file, const Calibration& calibration);
 // Rotationmatrix (orthonormal to 1e-3, determinant +1; re-orthonormalised), TranslationVector.
 [[nodiscard]] Outcome<dsp::Pose<double>> read_pose(const std::filesystem::path& file);
 [[nodiscard]] Outcome<void> write_pose(const std::filesystem::path& file, const dsp::Pose<double>& pose);

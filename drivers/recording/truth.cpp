@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/recording/truth.hpp"
 
 #include <cmath>
@@ -44,8 +45,12 @@ Outcome<Truth> read_truth(const std::filesystem::path& file) {
     if (!values) return values.error();
     for (std::size_t i = 0; i < table->rows(); ++i) {
       if (std::isnan((*values)[i]))
-        return Problem{Exit::kInput, "is not a row of truth", table->where(i), std::to_string(header.size()) + " numbers: " + names,
-                       "nothing in column '" + header[static_cast<std::size_t>(j) + 2] + "'", ""};
+        return Problem{Exit::kInput,
+                       "is not a row of truth",
+                       table->where(i),
+                       std::to_string(header.size()) + " numbers: " + names,
+                       "nothing in column '" + header[static_cast<std::size_t>(j) + 2] + "'",
+                       ""};
       truth.rows[i].coefficients[j] = (*values)[i];
     }
   }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // truth.csv: the surface that made each frame. frame,time_ns,<modes>, coefficients in mm.
 #pragma once
 

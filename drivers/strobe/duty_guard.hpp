@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Keeps LEDs from overheating: how much light there was, against how much there may be. Integer; one thread.
 #pragma once
 

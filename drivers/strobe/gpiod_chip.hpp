@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What differs between libgpiod 1 and 2, and nothing else: gpiod_chip_v1.cpp or gpiod_chip_v2.cpp is built.
 #pragma once
 

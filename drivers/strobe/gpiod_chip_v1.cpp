@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <gpiod.h>
 
 #include "drivers/strobe/gpiod_chip.hpp"

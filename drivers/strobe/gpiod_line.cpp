@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/strobe/gpiod_line.hpp"
 
 #include <grp.h>
@@ -25,9 +26,8 @@ std::vector<std::string> chip_paths(const std::filesystem::path& devices) {
   std::error_code error;
   for (const auto& entry : std::filesystem::directory_iterator(devices, error))
     if (entry.path().filename().string().starts_with("gpiochip")) paths.push_back(entry.path().string());
-  std::sort(paths.begin(), paths.end(), [](const std::string& a, const std::string& b) {
-    return a.size() != b.size() ? a.size() < b.size() : a < b;
-  });
+  std::sort(paths.begin(), paths.end(),
+            [](const std::string& a, const std::string& b) { return a.size() != b.size() ? a.size() < b.size() : a < b; });
   return paths;
 }
 
@@ -53,7 +53,8 @@ std::string lines_text(const GpioChip& chip) {
     text += (listed++ == 0 ? "" : ", ") + std::to_string(offset) + " \"" + info.name + "\"" + (info.used ? " (in use)" : "");
   }
   if (named > kMostListed) text += ", and " + std::to_string(named - kMostListed) + " more";
-  return "lines 0 to " + std::to_string(static_cast<int>(chip.line_count()) - 1) + (text.empty() ? ", without names" : ": " + text);
+  return "lines 0 to " + std::to_string(static_cast<int>(chip.line_count()) - 1) +
+         (text.empty() ? ", without names" : ": " + text);
 }
 
 std::optional<unsigned> number_of(const std::string& text) {
@@ -105,16 +106,23 @@ Outcome<FoundChip> find_chip(const std::string& wanted, const std::filesystem::p
     const std::string path = is_path ? wanted : (devices / wanted).string();
     if (auto chip = GpioChip::open(path)) return FoundChip{path, std::move(chip)};
     if (refused()) return not_permitted(path);
-    return Problem{Exit::kDevice, std::string("this is no GPIO chip that can be opened: ") + std::strerror(errno), path,
-                   "a GPIO chip", chips_text(devices), "give strobe.chip one of those, by path, name or label"};
+    return Problem{Exit::kDevice,
+                   std::string("this is no GPIO chip that can be opened: ") + std::strerror(errno),
+                   path,
+                   "a GPIO chip",
+                   chips_text(devices),
+                   "give strobe.chip one of those, by path, name or label"};
   }
   std::string refused_path;
-  FoundChip found = first_chip(devices, refused_path, [&](const FoundChip& one) {
-    return one.chip->name() == wanted || one.chip->label() == wanted;
-  });
+  FoundChip found = first_chip(devices, refused_path,
+                               [&](const FoundChip& one) { return one.chip->name() == wanted || one.chip->label() == wanted; });
   if (found.chip) return found;
   if (!refused_path.empty()) return not_permitted(refused_path);
-  return Problem{Exit::kDevice, "no GPIO chip of this name or label", wanted, "a GPIO chip", chips_text(devices),
+  return Problem{Exit::kDevice,
+                 "no GPIO chip of this name or label",
+                 wanted,
+                 "a GPIO chip",
+                 chips_text(devices),
                  "give strobe.chip one of those, by path, name or label"};
 }
 
@@ -140,12 +148,19 @@ Outcome<std::unique_ptr<OutputLine>> request(const FoundChip& found, unsigned of
   const std::string where = found.path + " line " + std::to_string(offset);
   GpioLineInfo info;
   if (error == EBUSY && found.chip->line(offset, info))
-    return Problem{Exit::kDevice, "this GPIO line is in use", where, "a line that nobody uses",
+    return Problem{Exit::kDevice,
+                   "this GPIO line is in use",
+                   where,
+                   "a line that nobody uses",
                    "used by \"" + (info.consumer.empty() ? "unknown" : info.consumer) + "\"",
                    "end that program, or choose another line; the kernel's own uses are in the device tree"};
   if (error == EACCES || error == EPERM) return not_permitted(found.path);
-  return Problem{Exit::kDevice, std::string("this GPIO line cannot be an output: ") + std::strerror(error), where,
-                 "a line that can be an output", lines_text(*found.chip), ""};
+  return Problem{Exit::kDevice,
+                 std::string("this GPIO line cannot be an output: ") + std::strerror(error),
+                 where,
+                 "a line that can be an output",
+                 lines_text(*found.chip),
+                 ""};
 }
 
 }  // namespace
@@ -159,8 +174,12 @@ Outcome<std::unique_ptr<OutputLine>> open_gpiod_line(const LineAddress& address,
     if (!found) return found.error();
     const auto offset = find_line(*found->chip, address.line);
     if (!offset)
-      return Problem{Exit::kDevice, "no line \"" + address.line + "\" on this GPIO chip", found->path, "a line's number or name",
-                     lines_text(*found->chip), "see gpioinfo"};
+      return Problem{Exit::kDevice,
+                     "no line \"" + address.line + "\" on this GPIO chip",
+                     found->path,
+                     "a line's number or name",
+                     lines_text(*found->chip),
+                     "see gpioinfo"};
     return request(*found, *offset, address, consumer);
   }
   // Only a name says which chip is meant.
@@ -172,8 +191,12 @@ Outcome<std::unique_ptr<OutputLine>> open_gpiod_line(const LineAddress& address,
   });
   if (found.chip) return request(found, *offset, address, consumer);
   if (!refused_path.empty()) return not_permitted(refused_path);
-  return Problem{Exit::kDevice, "no GPIO line has the name \"" + address.line + "\"", "", "a line's name, or strobe.chip and a number",
-                 chips_text(devices), "see gpioinfo"};
+  return Problem{Exit::kDevice,
+                 "no GPIO line has the name \"" + address.line + "\"",
+                 "",
+                 "a line's name, or strobe.chip and a number",
+                 chips_text(devices),
+                 "see gpioinfo"};
 }
 
 }  // namespace srd

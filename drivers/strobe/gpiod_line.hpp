@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An output line of a GPIO chip, through libgpiod (1.6 or 2.x, whichever the build found; or none).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How late a thread woke, in bins that double: below 1 us, 1 to 2, 2 to 4, .. One thread adds, any reads.
 #pragma once
 

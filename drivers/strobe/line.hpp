@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One output line of the board: a strobe's driver, a camera's trigger input.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An integer phase-locked loop on a sensor's time stamps: predicts when the next frames are stamped. No floating point,
 // no clock, no heap. One thread per object.
 //
@@ -23,7 +24,7 @@ enum class LockState : std::uint8_t {
   kUnlocked,   // no stamps, or none for too long
   kAcquiring,  // stamps come, and no line fits them well enough yet
   kLocked,
-  kHoldover,   // locked, and the last stamps are missing: predictions go on, their uncertainty grows
+  kHoldover,  // locked, and the last stamps are missing: predictions go on, their uncertainty grows
 };
 
 [[nodiscard]] constexpr const char* to_string(LockState state) {
@@ -38,9 +39,9 @@ enum class LockState : std::uint8_t {
 
 struct PhaseLockCounts {
   std::uint64_t accepted = 0;
-  std::uint64_t rejected = 0;   // stamps far from their prediction, not used
-  std::uint64_t slips = 0;      // frames that were lost without a gap in the sequence numbers
-  std::uint64_t locks = 0;      // lines fitted: 1 after a start, more after steps of the rate
+  std::uint64_t rejected = 0;  // stamps far from their prediction, not used
+  std::uint64_t slips = 0;     // frames that were lost without a gap in the sequence numbers
+  std::uint64_t locks = 0;     // lines fitted: 1 after a start, more after steps of the rate
 };
 
 class PhaseLock {
@@ -269,7 +270,7 @@ class PhaseLock {
   std::int64_t period_q16_ = 1 << 16;
   std::int64_t index_ = 0;
   std::uint64_t last_sequence_ = 0;
-  int frames_ = 0;                 // that the gains count
+  int frames_ = 0;  // that the gains count
   int rejected_in_a_row_ = 0, slips_in_a_row_ = 0;
   std::int64_t jitter_ns_q8_ = 0;
   PhaseLockCounts counts_;

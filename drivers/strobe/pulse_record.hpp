@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What goes into a strobe and what comes out: frames' stamps, and what light each exposure had.
 #pragma once
 
@@ -43,10 +44,10 @@ struct StrobeStamp {
 
 // One exposure and its light. Times are of the sensor's clock, so that they compare with frames' stamps.
 struct PulseRecord {
-  std::int64_t slot = 0;        // counts exposures; the pattern's place is slot % length
-  std::uint64_t sequence = 0;   // the frame's, as predicted; 0 in trigger mode
-  std::int64_t stamp_ns = 0;    // the frame's, as predicted
-  StrobePhase phase = StrobePhase::kUnstrobed;  // lit | dark on purpose | unstrobed: should have been lit, and was not
+  std::int64_t slot = 0;                               // counts exposures; the pattern's place is slot % length
+  std::uint64_t sequence = 0;                          // the frame's, as predicted; 0 in trigger mode
+  std::int64_t stamp_ns = 0;                           // the frame's, as predicted
+  StrobePhase phase = StrobePhase::kUnstrobed;         // lit | dark on purpose | unstrobed: should have been lit, and was not
   std::int64_t planned_on_ns = 0, planned_off_ns = 0;  // of the light, the line's latency included; lit ones only
   std::int64_t on_ns = 0, off_ns = 0;                  // as it was; lit ones only
   [[nodiscard]] std::int64_t middle_ns() const { return on_ns + (off_ns - on_ns) / 2; }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/strobe/scheduler.hpp"
 
 #include <algorithm>
@@ -20,9 +21,7 @@ void set(std::atomic<T>& to, T value) {
 }
 
 // Room for a whole pattern's light at once, and a quarter pulse for edges that are not on time.
-std::int64_t room_ns(const StrobeTiming& timing) {
-  return timing.pulse_ns * timing.pattern.lit_count() + timing.pulse_ns / 4;
-}
+std::int64_t room_ns(const StrobeTiming& timing) { return timing.pulse_ns * timing.pattern.lit_count() + timing.pulse_ns / 4; }
 
 }  // namespace
 

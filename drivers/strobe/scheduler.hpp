@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Decides when light falls and makes it fall then: pulses in step with a camera (follow), or a camera in step with the
 // wall clock (trigger). One thread steps it; stamps come in and pulse records go out through rings. While it steps: no
 // heap, no lock, no floating point.
@@ -28,20 +29,20 @@ struct StrobeTiming {
   std::int64_t max_duty_ppm = 100'000;
   StrobePattern pattern;
   // Trigger mode only.
-  std::int64_t trigger_rate_mhz = 0;          // 0: follow
+  std::int64_t trigger_rate_mhz = 0;  // 0: follow
   std::int64_t trigger_pulse_ns = 0;
-  std::int64_t stamp_after_trigger_ns = 0;    // from the trigger to the stamp of the frame that it makes
+  std::int64_t stamp_after_trigger_ns = 0;  // from the trigger to the stamp of the frame that it makes
 };
 
 // Written by the strobe's thread, read by any.
 struct StrobeCounters {
   std::atomic<std::uint64_t> pulses{0};
-  std::atomic<std::uint64_t> dark{0};          // exposures left dark on purpose
-  std::atomic<std::uint64_t> late{0};          // edges later than jitter_ns
-  std::atomic<std::uint64_t> skipped{0};       // pulses left out: the light would have left the window
-  std::atomic<std::uint64_t> withheld{0};      // pulses left out: max_duty
-  std::atomic<std::uint64_t> overlong{0};      // pulses that a delayed thread ended after max_pulse_ns
-  std::atomic<std::uint64_t> spilled{0};       // pulses that it ended after the window
+  std::atomic<std::uint64_t> dark{0};      // exposures left dark on purpose
+  std::atomic<std::uint64_t> late{0};      // edges later than jitter_ns
+  std::atomic<std::uint64_t> skipped{0};   // pulses left out: the light would have left the window
+  std::atomic<std::uint64_t> withheld{0};  // pulses left out: max_duty
+  std::atomic<std::uint64_t> overlong{0};  // pulses that a delayed thread ended after max_pulse_ns
+  std::atomic<std::uint64_t> spilled{0};   // pulses that it ended after the window
   std::atomic<std::int64_t> longest_ns{0};
   std::atomic<std::uint64_t> triggers{0};
   std::atomic<std::uint64_t> triggers_missed{0};  // without a frame
@@ -119,12 +120,12 @@ class StrobeScheduler {
   WallGrid grid_;
   TriggerWatch watch_;
   std::int64_t on_offset_ns_ = 0;
-  std::int64_t trust_ns_ = 0;         // three deviations of a prediction may be this much
-  std::int64_t sensor_offset_ns_ = 0; // sensor's clock less monotonic
-  std::int64_t last_on_ns_ = 0;       // of the last pulse or trigger planned
+  std::int64_t trust_ns_ = 0;          // three deviations of a prediction may be this much
+  std::int64_t sensor_offset_ns_ = 0;  // sensor's clock less monotonic
+  std::int64_t last_on_ns_ = 0;        // of the last pulse or trigger planned
   std::int64_t slot_ = 0;
-  bool planned_ = false;              // next_ holds
-  std::int64_t next_ = 0;             // exposure of the phase lock, or moment of the grid
+  bool planned_ = false;   // next_ holds
+  std::int64_t next_ = 0;  // exposure of the phase lock, or moment of the grid
   std::uint64_t generation_ = 0;
   std::int64_t wall_offset_ns_ = 0;
   bool wall_known_ = false;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The time that a strobe keeps and sleeps by; an interface, so that a test can run a whole strobe in simulated time.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which triggers the camera answered with a frame. One thread; no heap.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Moments of the wall clock that boards share without a word: the multiples of a period since 1970. Integer, pure.
 #pragma once
 

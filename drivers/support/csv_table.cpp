@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/support/csv_table.hpp"
 
 #include <algorithm>
@@ -143,7 +144,9 @@ Outcome<CsvTable> CsvTable::parse(std::string text, std::string name) {
   table.text_ = std::move(text);
   const std::string& all = table.text_;
   if (all.starts_with("\xFF\xFE") || all.starts_with("\xFE\xFF"))
-    return Problem{.what = "the file is UTF-16", .where = table.name_, .expected = "a CSV file in UTF-8",
+    return Problem{.what = "the file is UTF-16",
+                   .where = table.name_,
+                   .expected = "a CSV file in UTF-8",
                    .advice = "save it as 'CSV UTF-8'"};
   const std::size_t begin = all.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0;
   const std::string_view header = std::string_view(all).substr(begin, all.find('\n', begin) - begin);
@@ -157,7 +160,9 @@ Outcome<CsvTable> CsvTable::parse(std::string text, std::string name) {
     if (next == Lines::Next::kNoMore) break;
     const std::string here = table.name_ + ":" + std::to_string(lines.line());
     if (next == Lines::Next::kBadQuote)
-      return Problem{.what = "a quote inside a cell, or without its other one", .where = here, .expected = "quotes round whole cells, or none"};
+      return Problem{.what = "a quote inside a cell, or without its other one",
+                     .where = here,
+                     .expected = "quotes round whole cells, or none"};
     table.whole_bytes_ = lines.at();
     if (lines.line() == 1) {
       if (auto done = table.take_header(cells, here); !done) return done.error();
@@ -225,8 +230,9 @@ Outcome<std::vector<double>> CsvTable::numbers(std::string_view column) const {
     const std::string_view text = cell(row, *index);
     if (text.empty() || text == "NA") continue;
     if (!number(text, values[row]))
-      return bad_cell(row, column, decimal_comma_ ? "a finite number with a decimal comma, as others in this file, or nothing"
-                                                  : "a finite number or nothing");
+      return bad_cell(row, column,
+                      decimal_comma_ ? "a finite number with a decimal comma, as others in this file, or nothing"
+                                     : "a finite number or nothing");
   }
   return values;
 }

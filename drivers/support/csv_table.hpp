@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reads CSV files of this project, also as other programs save them again: one header line of column names, then one row a
 // line. A cell is a number, a word or nothing.
 // - Between cells: commas; semicolons or tabs when the header has them.

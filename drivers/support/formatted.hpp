@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // printf into a string: for the lines that people read.
 #pragma once
 

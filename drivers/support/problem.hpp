@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a person is told when something they gave cannot be used: what, where, expected, found, what to do.
 #pragma once
 
@@ -12,8 +13,8 @@ enum class Exit : int { kDone = 0, kUsage = 2, kInput = 3, kDevice = 4, kNetwork
 
 struct Problem {
   Exit exit = Exit::kInput;
-  std::string what;      // "unknown key 'refractiv_index'"
-  std::string where{};   // "flume.toml:12" or a file's path
+  std::string what;     // "unknown key 'refractiv_index'"
+  std::string where{};  // "flume.toml:12" or a file's path
   std::string expected{};
   std::string found{};
   std::string advice{};  // what to do

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the corners of a view cannot tell apart, in words.
 #pragma once
 

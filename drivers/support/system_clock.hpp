@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The system's clocks in nanoseconds. No heap; any thread.
 #pragma once
 
@@ -25,8 +26,7 @@ namespace srd {
 // CLOCK_MONOTONIC; signals do not end it.
 inline void sleep_until_ns(std::int64_t monotonic_ns) noexcept {
   const timespec until = timespec_of(monotonic_ns);
-  while (::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
-  }
+  while (::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {}
 }
 
 }  // namespace srd

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/support/text_file.hpp"
 
 #include <array>
@@ -13,8 +14,7 @@ constexpr std::string_view kBlank = " \t\r\v\f";
 
 }  // namespace
 
-Outcome<std::string> read_text_file(const std::filesystem::path& file, const std::string& expected,
-                                    std::size_t most_bytes) {
+Outcome<std::string> read_text_file(const std::filesystem::path& file, const std::string& expected, std::size_t most_bytes) {
   std::error_code error;
   const auto status = std::filesystem::status(file, error);
   if (!std::filesystem::exists(status))
@@ -24,22 +24,17 @@ Outcome<std::string> read_text_file(const std::filesystem::path& file, const std
   errno = 0;
   std::ifstream stream(file, std::ios::binary);
   if (!stream)
-    return Problem{Exit::kInput, "cannot be opened",   file.string(),
-                   expected,     std::strerror(errno), "check the permissions"};
+    return Problem{Exit::kInput, "cannot be opened", file.string(), expected, std::strerror(errno), "check the permissions"};
   std::string text;
   std::array<char, 1 << 14> chunk;
   while (stream.read(chunk.data(), chunk.size()) || stream.gcount() > 0) {
     text.append(chunk.data(), static_cast<std::size_t>(stream.gcount()));
     if (text.size() > most_bytes)
-      return Problem{Exit::kInput,
-                     "is too large",
-                     file.string(),
-                     expected + " of at most " + std::to_string(most_bytes) + " bytes",
-                     "",
-                     "check the path"};
+      return Problem{
+          Exit::kInput, "is too large",  file.string(), expected + " of at most " + std::to_string(most_bytes) + " bytes",
+          "",           "check the path"};
   }
-  if (stream.bad())
-    return Problem{Exit::kInput, "cannot be read", file.string(), expected, std::strerror(errno), ""};
+  if (stream.bad()) return Problem{Exit::kInput, "cannot be read", file.string(), expected, std::strerror(errno), ""};
   return text;
 }
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whole small text files, their lines and numbers, with problems that name the file.
 #pragma once
 
@@ -15,8 +16,7 @@ namespace srd {
 
 // kInput when the file is missing, a folder, unreadable or longer than most_bytes. expected: "a calibration
 // file".
-[[nodiscard]] Outcome<std::string> read_text_file(const std::filesystem::path& file,
-                                                  const std::string& expected,
+[[nodiscard]] Outcome<std::string> read_text_file(const std::filesystem::path& file, const std::string& expected,
                                                   std::size_t most_bytes = std::size_t{1} << 26);
 // Replaces the file. kInput when it cannot be written, a full disk included.
 [[nodiscard]] Outcome<void> write_text_file(const std::filesystem::path& file, std::string_view text);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/support/toml_reader.hpp"
 
 #include <cmath>
@@ -16,16 +17,13 @@ std::string shown(const toml::node& node) {
     return std::isnan(*node.value<double>()) ? "nan" : "inf";
   if (node.is_array())
     for (const toml::node& element : *node.as_array())
-      if (element.is_floating_point() && !std::isfinite(*element.value<double>()))
-        return "a list with " + shown(element);
+      if (element.is_floating_point() && !std::isfinite(*element.value<double>())) return "a list with " + shown(element);
   std::ostringstream out;
   node.visit([&](const auto& value) { out << value; });
   return out.str();
 }
 
-bool inside(double x, const NumberRange& range) {
-  return std::isfinite(x) && x >= range.least && x <= range.most;
-}
+bool inside(double x, const NumberRange& range) { return std::isfinite(x) && x >= range.least && x <= range.most; }
 
 }  // namespace
 
@@ -64,8 +62,8 @@ struct TomlTable::Node {
     if (at != nullptr && at->source().begin.line > 0) text += ":" + std::to_string(at->source().begin.line);
     return text;
   }
-  void complain(const toml::node* at, const std::string& what, const std::string& expected,
-                const std::string& found, const std::string& advice) const {
+  void complain(const toml::node* at, const std::string& what, const std::string& expected, const std::string& found,
+                const std::string& advice) const {
     std::string text = line(at) + ": " + what;
     if (!expected.empty()) text += "; expected " + expected;
     if (!found.empty()) text += "; found " + found;
@@ -103,8 +101,7 @@ std::optional<double> TomlTable::number(std::string_view key, const NumberRange&
     const double x = *value->value<double>();
     if (inside(x, range)) return x;
   }
-  node_->complain(value, "key '" + node_->path + std::string(key) + "'", range_text(range, "a number"),
-                  shown(*value), "");
+  node_->complain(value, "key '" + node_->path + std::string(key) + "'", range_text(range, "a number"), shown(*value), "");
   return std::nullopt;
 }
 
@@ -115,8 +112,8 @@ std::optional<std::int64_t> TomlTable::integer(std::string_view key, const Numbe
     const std::int64_t x = *value->value<std::int64_t>();
     if (inside(static_cast<double>(x), range)) return x;
   }
-  node_->complain(value, "key '" + node_->path + std::string(key) + "'", range_text(range, "a whole number"),
-                  shown(*value), "");
+  node_->complain(value, "key '" + node_->path + std::string(key) + "'", range_text(range, "a whole number"), shown(*value),
+                  "");
   return std::nullopt;
 }
 
@@ -141,7 +138,8 @@ std::optional<std::string> TomlTable::name_or_number(std::string_view key) {
   if (value == nullptr) return std::nullopt;
   if (value->is_string() && !value->value<std::string>()->empty()) return value->value<std::string>();
   if (value->is_integer() && *value->value<std::int64_t>() >= 0) return std::to_string(*value->value<std::int64_t>());
-  node_->complain(value, "key '" + node_->path + std::string(key) + "'", "a name in quotes or a whole number", shown(*value), "");
+  node_->complain(value, "key '" + node_->path + std::string(key) + "'", "a name in quotes or a whole number", shown(*value),
+                  "");
   return std::nullopt;
 }
 
@@ -157,8 +155,7 @@ std::optional<std::string> TomlTable::choice(std::string_view key, const std::ve
   return std::nullopt;
 }
 
-std::optional<std::vector<double>> TomlTable::numbers(std::string_view key, std::size_t length,
-                                                      const NumberRange& range) {
+std::optional<std::vector<double>> TomlTable::numbers(std::string_view key, std::size_t length, const NumberRange& range) {
   const toml::node* value = node_->take(key);
   if (value == nullptr) return std::nullopt;
   std::vector<double> out;
@@ -173,8 +170,8 @@ std::optional<std::vector<double>> TomlTable::numbers(std::string_view key, std:
     }
   if (good && (length == 0 || out.size() == length)) return out;
   const std::string count = length == 0 ? "a list, each " : "a list of " + std::to_string(length) + ", each ";
-  node_->complain(value, "key '" + node_->path + std::string(key) + "'", count + range_text(range, "a number"),
-                  shown(*value), "");
+  node_->complain(value, "key '" + node_->path + std::string(key) + "'", count + range_text(range, "a number"), shown(*value),
+                  "");
   return std::nullopt;
 }
 
@@ -186,8 +183,7 @@ std::optional<std::vector<std::string>> TomlTable::texts(std::string_view key) {
     for (const toml::node& element : *value->as_array())
       if (element.is_string()) out.push_back(*element.value<std::string>());
   if (value->is_array() && out.size() == value->as_array()->size()) return out;
-  node_->complain(value, "key '" + node_->path + std::string(key) + "'", "a list of texts in quotes", shown(*value),
-                  "");
+  node_->complain(value, "key '" + node_->path + std::string(key) + "'", "a list of texts in quotes", shown(*value), "");
   return std::nullopt;
 }
 
@@ -227,8 +223,7 @@ std::string TomlTable::where(std::string_view key) const {
 
 void TomlTable::complain(std::string_view key, std::string expected, std::string found, std::string advice) {
   const toml::node* at = node_->table == nullptr ? nullptr : node_->table->get(key);
-  node_->complain(at == nullptr ? node_->table : at, "key '" + node_->path + std::string(key) + "'", expected, found,
-                  advice);
+  node_->complain(at == nullptr ? node_->table : at, "key '" + node_->path + std::string(key) + "'", expected, found, advice);
 }
 
 void TomlTable::missing(std::string_view key, std::string expected) {
@@ -251,8 +246,8 @@ Outcome<TomlFile> TomlFile::parse(std::string_view text, const std::string& name
   try {
     parsed = toml::parse(text, name);
   } catch (const toml::parse_error& error) {
-    return Problem{Exit::kUsage, std::string(error.description()),
-                   name + ":" + std::to_string(error.source().begin.line), "TOML", "", ""};
+    return Problem{
+        Exit::kUsage, std::string(error.description()), name + ":" + std::to_string(error.source().begin.line), "TOML", "", ""};
   }
   TomlFile file;
   file.root_.node_ = std::make_shared<TomlTable::Node>();

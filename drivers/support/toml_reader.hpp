@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Strict reading of a TOML file: every value has a type and a range, and a key nobody asked for is an error.
 // Problems collect (file, line, key, expected, found); finish() reports them all, so a person mends a file in one go.
 #pragma once

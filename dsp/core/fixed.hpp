@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fixed-point numbers with explicit conversions. Rounding (to nearest, halves away from zero) is part of the contract.
 #pragma once
 
@@ -17,7 +18,11 @@ class Fixed {
   static constexpr Rep kOne = static_cast<Rep>(Rep{1} << FractionBits);
 
   constexpr Fixed() = default;
-  [[nodiscard]] static constexpr Fixed from_raw(Rep raw) { Fixed f; f.raw_ = raw; return f; }
+  [[nodiscard]] static constexpr Fixed from_raw(Rep raw) {
+    Fixed f;
+    f.raw_ = raw;
+    return f;
+  }
   [[nodiscard]] static constexpr Fixed from_int(Rep whole) { return from_raw(static_cast<Rep>(whole * kOne)); }
   template <class Float>
   [[nodiscard]] static constexpr Fixed from_real(Float x) {
@@ -26,7 +31,9 @@ class Fixed {
   }
   [[nodiscard]] constexpr Rep raw() const { return raw_; }
   template <class Float>
-  [[nodiscard]] constexpr Float to() const { return static_cast<Float>(raw_) / static_cast<Float>(kOne); }
+  [[nodiscard]] constexpr Float to() const {
+    return static_cast<Float>(raw_) / static_cast<Float>(kOne);
+  }
   // Nearest whole number; halves go up.
   [[nodiscard]] constexpr Rep round() const { return static_cast<Rep>((raw_ + kOne / 2) >> FractionBits); }
 

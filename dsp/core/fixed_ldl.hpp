@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Small symmetric systems in integers: least squares from the products of its columns, without a square root.
 #pragma once
 
@@ -51,9 +52,7 @@ class FixedLdl {
     return scaled(x_[i], shift_[i] - shift_[N] - kQ + bits);
   }
   // Sum of squares that the solution leaves, with 'bits' fraction bits; never below 0.
-  [[nodiscard]] std::int64_t remainder(int bits) const {
-    return a_[N][N] <= 0 ? 0 : scaled(a_[N][N], bits - 2 * shift_[N]);
-  }
+  [[nodiscard]] std::int64_t remainder(int bits) const { return a_[N][N] <= 0 ? 0 : scaled(a_[N][N], bits - 2 * shift_[N]); }
   // The last two unknowns' block of the inverse of the normal matrix, with 'bits' fraction bits.
   struct Block {
     std::int64_t first, cross, second;
@@ -74,7 +73,8 @@ class FixedLdl {
   [[gnu::always_inline]] static constexpr void each(F f) {
     [&]<std::size_t... I>(std::index_sequence<I...>) __attribute__((always_inline)) {
       (f(std::integral_constant<std::size_t, I>()), ...);
-    }(std::make_index_sequence<Count>());
+    }
+    (std::make_index_sequence<Count>());
   }
 
   // Column j out of all that follow. False: too little is left of it.
@@ -84,9 +84,8 @@ class FixedLdl {
     const int spare = 32 - static_cast<int>(std::bit_width(static_cast<std::uint64_t>(pivot)));
     if (pivot < kLeastPivot || spare < 0) return false;
     const std::int64_t inverse = (std::int64_t{1} << 62) / (pivot << spare);  // in (2^30, 2^31]
-    each<N - j>([&](auto i) __attribute__((always_inline)) {
-      l_[j + 1 + i][j] = (a_[j + 1 + i][j] * inverse) >> (62 - kQ - spare);
-    });
+    each<N - j>([&](auto i)
+                    __attribute__((always_inline)) { l_[j + 1 + i][j] = (a_[j + 1 + i][j] * inverse) >> (62 - kQ - spare); });
     each<N - j>([&](auto i) __attribute__((always_inline)) {
       const std::int64_t l = l_[j + 1 + i][j];
       each<i + 1>([&](auto k) __attribute__((always_inline)) { a_[j + 1 + i][j + 1 + k] -= (l * a_[j + 1 + k][j]) >> kQ; });

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sine and cosine in whole numbers, equal on every machine.
 #pragma once
 
@@ -14,9 +15,9 @@ struct SineCosine {
 [[nodiscard]] constexpr SineCosine sin_cos_of_turn(std::uint32_t turn) {
   constexpr std::int64_t kOne = std::int64_t{1} << 30;
   constexpr auto kHalfPi = static_cast<std::int64_t>(std::numbers::pi / 2 * static_cast<double>(kOne) + 0.5);
-  const std::uint32_t quarter = (turn + (1u << 29)) >> 30;                // nearest quarter turn, 0 to 4
-  const auto rest = static_cast<std::int32_t>(turn - (quarter << 30));    // |rest| <= 2^29
-  const std::int64_t x = (rest * kHalfPi) >> 30;                          // |x| <= pi/4, Q30
+  const std::uint32_t quarter = (turn + (1u << 29)) >> 30;              // nearest quarter turn, 0 to 4
+  const auto rest = static_cast<std::int32_t>(turn - (quarter << 30));  // |rest| <= 2^29
+  const std::int64_t x = (rest * kHalfPi) >> 30;                        // |x| <= pi/4, Q30
   const std::int64_t x2 = (x * x) >> 30;
   // Taylor, nested; every factor lies in (0, 1], so products stay below 2^60. The first term left out is
   // (pi/4)^11/11! = 1.8e-9.

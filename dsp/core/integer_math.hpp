@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Integer square root and rounded division: the front end's arithmetic, equal on every machine.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Several numbers that go through the same arithmetic at once, in one 128-bit register: 4 float or 2 double. Stands in
 // for a scalar in templates. A comparison is true when it holds in every lane: write conditions as what must hold.
 #pragma once
@@ -33,10 +34,22 @@ class Lanes {
   [[gnu::always_inline]] friend Lanes operator*(Lanes a, Lanes b) { return Lanes(a.v_ * b.v_, 0); }
   [[gnu::always_inline]] friend Lanes operator/(Lanes a, Lanes b) { return Lanes(a.v_ / b.v_, 0); }
   [[gnu::always_inline]] friend Lanes operator-(Lanes a) { return Lanes(-a.v_, 0); }
-  [[gnu::always_inline]] Lanes& operator+=(Lanes b) { v_ += b.v_; return *this; }
-  [[gnu::always_inline]] Lanes& operator-=(Lanes b) { v_ -= b.v_; return *this; }
-  [[gnu::always_inline]] Lanes& operator*=(Lanes b) { v_ *= b.v_; return *this; }
-  [[gnu::always_inline]] Lanes& operator/=(Lanes b) { v_ /= b.v_; return *this; }
+  [[gnu::always_inline]] Lanes& operator+=(Lanes b) {
+    v_ += b.v_;
+    return *this;
+  }
+  [[gnu::always_inline]] Lanes& operator-=(Lanes b) {
+    v_ -= b.v_;
+    return *this;
+  }
+  [[gnu::always_inline]] Lanes& operator*=(Lanes b) {
+    v_ *= b.v_;
+    return *this;
+  }
+  [[gnu::always_inline]] Lanes& operator/=(Lanes b) {
+    v_ /= b.v_;
+    return *this;
+  }
 
   [[gnu::always_inline]] friend bool operator<(Lanes a, Lanes b) { return all(a.v_ < b.v_); }
   [[gnu::always_inline]] friend bool operator<=(Lanes a, Lanes b) { return all(a.v_ <= b.v_); }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A value or the reason why there is none. Errors are values: dsp and the node's half of proto are built without exceptions.
 #pragma once
 
@@ -36,16 +37,31 @@ enum class Errc : unsigned char {
 template <class T, class E = Errc>
 class [[nodiscard]] Result {
  public:
-  Result(T value) : state_(std::in_place_index<0>, std::move(value)) {}    // NOLINT: meant to convert
-  Result(E error) : state_(std::in_place_index<1>, std::move(error)) {}    // NOLINT: meant to convert
+  Result(T value) : state_(std::in_place_index<0>, std::move(value)) {}  // NOLINT: meant to convert
+  Result(E error) : state_(std::in_place_index<1>, std::move(error)) {}  // NOLINT: meant to convert
 
   [[nodiscard]] bool ok() const { return state_.index() == 0; }
   explicit operator bool() const { return ok(); }
-  [[nodiscard]] T& value() & { assert(ok()); return *std::get_if<0>(&state_); }
-  [[nodiscard]] const T& value() const& { assert(ok()); return *std::get_if<0>(&state_); }
-  [[nodiscard]] T&& value() && { assert(ok()); return std::move(*std::get_if<0>(&state_)); }
-  [[nodiscard]] const E& error() const { assert(!ok()); return *std::get_if<1>(&state_); }
-  [[nodiscard]] E& error() { assert(!ok()); return *std::get_if<1>(&state_); }
+  [[nodiscard]] T& value() & {
+    assert(ok());
+    return *std::get_if<0>(&state_);
+  }
+  [[nodiscard]] const T& value() const& {
+    assert(ok());
+    return *std::get_if<0>(&state_);
+  }
+  [[nodiscard]] T&& value() && {
+    assert(ok());
+    return std::move(*std::get_if<0>(&state_));
+  }
+  [[nodiscard]] const E& error() const {
+    assert(!ok());
+    return *std::get_if<1>(&state_);
+  }
+  [[nodiscard]] E& error() {
+    assert(!ok());
+    return *std::get_if<1>(&state_);
+  }
   T& operator*() & { return value(); }
   const T& operator*() const& { return value(); }
   T* operator->() { return &value(); }
@@ -63,8 +79,14 @@ class [[nodiscard]] Result<void, E> {
   Result(E error) : error_(std::move(error)) {}  // NOLINT: meant to convert
   [[nodiscard]] bool ok() const { return !error_.has_value(); }
   explicit operator bool() const { return ok(); }
-  [[nodiscard]] const E& error() const { assert(!ok()); return *error_; }
-  [[nodiscard]] E& error() { assert(!ok()); return *error_; }
+  [[nodiscard]] const E& error() const {
+    assert(!ok());
+    return *error_;
+  }
+  [[nodiscard]] E& error() {
+    assert(!ok());
+    return *error_;
+  }
 
  private:
   std::optional<E> error_;

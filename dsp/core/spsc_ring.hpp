@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A ring between one thread that puts in and one that takes out. Fixed capacity, no locks, no heap after construction.
 // What does not fit is counted, not waited for.
 #pragma once
@@ -45,9 +46,7 @@ class SpscRing {
 
   // --- any thread ---
   [[nodiscard]] std::uint64_t overflow() const { return overflow_.load(std::memory_order_relaxed); }
-  [[nodiscard]] bool empty() const {
-    return head_.load(std::memory_order_acquire) == tail_.load(std::memory_order_acquire);
-  }
+  [[nodiscard]] bool empty() const { return head_.load(std::memory_order_acquire) == tail_.load(std::memory_order_acquire); }
   [[nodiscard]] std::size_t capacity() const { return slot_count_ - 1; }
 
  private:

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whose time a number is, and which light made an image. Numbers are on the wire and in files: never reuse one.
 #pragma once
 

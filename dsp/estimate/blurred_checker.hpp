@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Brightness of an endless checkerboard seen through a Gaussian blur, with its derivatives. Optics (12b).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Small symmetric systems, scaled to a unit diagonal before they are factored, so that the pivots tell the rank.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The corners of a frame as the solver's least-squares problem.
 #pragma once
 
@@ -20,8 +21,8 @@ struct PixelErrors {
   double squares = 0;           // px^2
   double weighted_squares = 0;  // in units of sigma; with a loss, of psi over its mean derivative
   double corners = 0;
-  NormalEquations plain;        // J'WJ; with a loss only
-  NormalEquations middle;       // of the sandwich (17); not for reprojection
+  NormalEquations plain;   // J'WJ; with a loss only
+  NormalEquations middle;  // of the sandwich (17); not for reprojection
 };
 
 // S: scalar. Parameters are the coefficients, then the index of water when the optics say that it is free; the optics
@@ -104,8 +105,7 @@ class CornerProblem {
   [[nodiscard]] const ScaledLoss& loss() const { return loss_; }
 
   // sums: of the same coefficients.
-  [[nodiscard]] bool pixel_errors(const Coefficients<double>& coefficients, const NormalEquations& sums,
-                                  PixelErrors& out) {
+  [[nodiscard]] bool pixel_errors(const Coefficients<double>& coefficients, const NormalEquations& sums, PixelErrors& out) {
     if (loss_.kind != Loss::kNone) return robust_pixel_errors(coefficients, sums.n, out);
     out.error = sums.error;
     out.corners = static_cast<double>(n_corners_);
@@ -211,8 +211,8 @@ class CornerProblem {
     return mean > 0;
   }
 
-  [[nodiscard]] bool residual(const Coefficients<T>& a, PreparedCorner<T>& group, Basis<T>* modes,
-                              CornerResidual<T>& out, Mat2<T>* e_pixel) const {
+  [[nodiscard]] bool residual(const Coefficients<T>& a, PreparedCorner<T>& group, Basis<T>* modes, CornerResidual<T>& out,
+                              Mat2<T>* e_pixel) const {
     if (metric_ == Metric::kReprojection) return reprojection_residual(optics_, a, group, modes, out);
     return ray_residual(metric_, optics_, a, group, modes, out, e_pixel);
   }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The residual of a corner and all that its derivatives need.
 #pragma once
 

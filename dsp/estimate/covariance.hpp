@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How sure an estimate is. Optics (17).
 #pragma once
 
@@ -22,8 +23,8 @@ template <class T>
 }
 
 struct Uncertainty {
-  InformationMatrix<double> information;     // 1/mm^2
-  InformationMatrix<double> covariance;      // mm^2
+  InformationMatrix<double> information;    // 1/mm^2
+  InformationMatrix<double> covariance;     // mm^2
   Coefficients<double> standard_deviation;  // mm
   RankReport rank;
 };
@@ -42,8 +43,8 @@ struct Uncertainty {
 // h: J'WJ; middle: of the sandwich, null where residuals are weighted by their own covariance (reprojection); s2:
 // variance factor > 0; modes: how many of the parameters are modes. False: a pivot of the scaled h is no more than
 // kRankThreshold, as the rank then says.
-[[nodiscard]] inline bool uncertainty_of(const InformationMatrix<double>& h, const InformationMatrix<double>* middle,
-                                         double s2, int modes, Uncertainty& out) {
+[[nodiscard]] inline bool uncertainty_of(const InformationMatrix<double>& h, const InformationMatrix<double>* middle, double s2,
+                                         int modes, Uncertainty& out) {
   ScaledCholesky factors;
   const bool factored = factors.factor(h);
   out.rank = {};

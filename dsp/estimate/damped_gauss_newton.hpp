@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Least squares with box bounds: Gauss-Newton, damped by Nielsen's gain ratio (H. B. Nielsen, Damping parameter in
 // Marquardt's method, IMM-REP-1999-05). Optics (15). No heap; the sums, the damping and the steps are double.
 #pragma once
@@ -52,8 +53,7 @@ class DampedGaussNewton {
       if (options_.deadline != nullptr && options_.deadline(options_.deadline_context)) break;
 
       out.stop = Stop::kNoProgress;
-      const double promised =
-          step(a, sums, damping) ? promised_fall(sums) : -std::numeric_limits<double>::infinity();
+      const double promised = step(a, sums, damping) ? promised_fall(sums) : -std::numeric_limits<double>::infinity();
       // No factor, or a step bent by the box so far that the model itself sees the cost rise.
       if (promised < -sums.cost_noise) {
         if (!grow(damping, growth)) break;
@@ -90,9 +90,9 @@ class DampedGaussNewton {
   }
 
  private:
-  static constexpr double kUndamped = 1e-3;   // of the diagonal: the step is Gauss-Newton's own
+  static constexpr double kUndamped = 1e-3;  // of the diagonal: the step is Gauss-Newton's own
   static constexpr double kFirstDamping = 1e-3;
-  static constexpr double kPoorGain = 0.25;    // fall / promised: below, the linear model is trusted less
+  static constexpr double kPoorGain = 0.25;  // fall / promised: below, the linear model is trusted less
   static constexpr double kBestShrink = 0.1;
   static constexpr double kMostDamping = 1e12;
 
@@ -172,8 +172,7 @@ class DampedGaussNewton {
           else
             reduced(row, column++) = matrix_(i, j);
         }
-        reduced(row, row) +=
-            damping * (options_.scale.size() > 0 ? largest / (scale(i) * scale(i)) : matrix_(i, i));
+        reduced(row, row) += damping * (options_.scale.size() > 0 ? largest / (scale(i) * scale(i)) : matrix_(i, i));
         ++row;
       }
       if (!factors_.factor(reduced) || !(factors_.smallest_pivot() > 0)) return false;

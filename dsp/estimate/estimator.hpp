@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Surface coefficients from corners of one to many cameras: damped Gauss-Newton with analytic derivatives.
 // Optics (9)-(11), (13)-(17). Everything is sized at construction; estimate() does not allocate, throw or read a clock
 // except through the deadline callback. One thread per object.
@@ -39,7 +40,7 @@ struct EstimatorOptions {
   double epsg = 0;
   double epsf = 0;
   double epsx = 0;
-  int max_iterations = 0;  // 0: 50
+  int max_iterations = 0;     // 0: 50
   std::vector<double> scale;  // typical size of each coefficient (empty: 1), D = diag(scale)
   std::vector<double> lower;  // bounds, mm (empty: none)
   std::vector<double> upper;
@@ -79,8 +80,8 @@ struct Estimate {
   // fit did not come so far.
   RankReport rank;
   int iterations = 0;
-  int corners_used = 0;                // without those that Tukey's loss gives no weight
-  int start_used = 0;                  // which of the starts was best
+  int corners_used = 0;  // without those that Tukey's loss gives no weight
+  int start_used = 0;    // which of the starts was best
   bool at_bound = false;
 };
 
@@ -90,12 +91,12 @@ class SurfaceEstimator {
   // bottom_points: F, mm, W. options.scale/lower/upper: empty or one number a mode, else kInvalidArgument.
   // max_corners: over all cameras together, of which there are at most kMaxCameras.
   [[nodiscard]] static Result<SurfaceEstimator> make(const SurfaceModel<S>& model, const Media<S>& media,
-                                                     std::span<const Vec3<S>> bottom_points,
-                                                     const EstimatorOptions& options, int max_corners);
+                                                     std::span<const Vec3<S>> bottom_points, const EstimatorOptions& options,
+                                                     int max_corners);
 
   // starts: one or more; the one with the lowest cost on these corners is refined (16). timed: the deadline holds.
-  [[nodiscard]] Estimate<S> estimate(std::span<const CameraObservations<S>> cameras,
-                                     std::span<const Coefficients<S>> starts, bool timed = true);
+  [[nodiscard]] Estimate<S> estimate(std::span<const CameraObservations<S>> cameras, std::span<const Coefficients<S>> starts,
+                                     bool timed = true);
   // After an estimate that has not failed: |pixel error| / sigma of every corner, in the order in which they were given.
   void error_sizes(std::span<S> out) const;
   [[nodiscard]] const SurfaceModel<S>& model() const { return model_; }
@@ -130,7 +131,7 @@ class SurfaceEstimator {
   Optics<Lanes<S>> optics_;
   std::array<View<Lanes<S>>, kMaxCameras> views_;
   std::vector<PreparedCorner<Lanes<S>>> groups_;  // room for max_corners, each camera's last group filled up
-  std::vector<double> sizes_;  // of the residuals, one a corner
+  std::vector<double> sizes_;                     // of the residuals, one a corner
   std::size_t max_corners_ = 0, n_corners_ = 0, n_groups_ = 0;
 };
 

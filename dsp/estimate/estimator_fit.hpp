@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The members of SurfaceEstimator, which estimator_float.cpp and estimator_double.cpp compile side by side.
 #pragma once
 
@@ -40,8 +41,7 @@ template <class S>
   if (media.n_layers < 0 || media.n_layers > kMaxLayers) return false;
   for (int i = 0; i < media.n_layers; ++i) {
     const Layer<S>& layer = media.layers[static_cast<std::size_t>(i)];
-    if (!(layer.thickness >= 0) || !(layer.index > 0) || !std::isfinite(layer.thickness + layer.index))
-      return false;
+    if (!(layer.thickness >= 0) || !(layer.index > 0) || !std::isfinite(layer.thickness + layer.index)) return false;
   }
   return true;
 }
@@ -67,8 +67,8 @@ inline void append_parameter(double last, double others, Eigen::Index modes, Coe
 
 template <class S>
 Result<SurfaceEstimator<S>> SurfaceEstimator<S>::make(const SurfaceModel<S>& model, const Media<S>& media,
-                                                      std::span<const Vec3<S>> bottom_points,
-                                                      const EstimatorOptions& options, int max_corners) {
+                                                      std::span<const Vec3<S>> bottom_points, const EstimatorOptions& options,
+                                                      int max_corners) {
   if (!valid_optics(model, media) || !valid_bounds(options, static_cast<std::size_t>(model.modes.size())))
     return Errc::kInvalidArgument;
   if (bottom_points.empty() || max_corners <= 0) return Errc::kInvalidArgument;
@@ -79,13 +79,11 @@ Result<SurfaceEstimator<S>> SurfaceEstimator<S>::make(const SurfaceModel<S>& mod
   out.media_ = media;
   out.metric_ = options.metric;
   out.loss_ = options.loss;
-  const bool all_off =
-      options.epsg <= 0 && options.epsf <= 0 && options.epsx <= 0 && options.max_iterations == 0;
+  const bool all_off = options.epsg <= 0 && options.epsf <= 0 && options.epsx <= 0 && options.max_iterations == 0;
   out.solver_.epsg = all_off ? EstimatorOptions::kDefaultEpsg : options.epsg;
   out.solver_.epsf = all_off ? EstimatorOptions::kDefaultEpsf : options.epsf;
   out.solver_.epsx = all_off ? EstimatorOptions::kDefaultEpsx : options.epsx;
-  out.solver_.max_iterations =
-      options.max_iterations == 0 ? EstimatorOptions::kDefaultMaxIterations : options.max_iterations;
+  out.solver_.max_iterations = options.max_iterations == 0 ? EstimatorOptions::kDefaultMaxIterations : options.max_iterations;
   out.solver_.scale = as_coefficients(options.scale);
   out.solver_.lower = as_coefficients(options.lower);
   out.solver_.upper = as_coefficients(options.upper);
@@ -129,15 +127,13 @@ Stop SurfaceEstimator<S>::prepare_corners(std::span<const CameraObservations<S>>
     view = camera.view->template cast<Lanes<S>>();
     int lane = Lanes<S>::kSize;
     for (const Observation<S>& seen : camera.corners) {
-      if (!seen.pixel.allFinite() || !seen.normalised.allFinite() || !std::isfinite(seen.sigma))
-        return Stop::kNonFinite;
+      if (!seen.pixel.allFinite() || !seen.normalised.allFinite() || !std::isfinite(seen.sigma)) return Stop::kNonFinite;
       if (seen.point < 0 || static_cast<std::size_t>(seen.point) >= points_.size() || !(seen.sigma > 0))
         return Stop::kInvalidInput;
       PreparedCorner<S> corner;
       // Reprojection takes the undistorted corner for a start only; along the measured ray its digits count.
       const bool refine = metric_ != Metric::kReprojection;
-      if (!prepare(seen, points_[static_cast<std::size_t>(seen.point)], wide, refine, corner))
-        return Stop::kOutOfDomain;
+      if (!prepare(seen, points_[static_cast<std::size_t>(seen.point)], wide, refine, corner)) return Stop::kOutOfDomain;
       if (lane == Lanes<S>::kSize) {
         PreparedCorner<Lanes<S>>& group = groups_[n_groups_++];
         group.view = &view;
@@ -155,8 +151,7 @@ Stop SurfaceEstimator<S>::prepare_corners(std::span<const CameraObservations<S>>
 }
 
 template <class S>
-Stop SurfaceEstimator<S>::choose_start(std::span<const Coefficients<S>> starts, CornerProblem<S>& problem,
-                                       int& chosen) {
+Stop SurfaceEstimator<S>::choose_start(std::span<const Coefficients<S>> starts, CornerProblem<S>& problem, int& chosen) {
   chosen = -1;
   if (starts.empty()) return Stop::kInvalidInput;
   bool finite = false;
@@ -178,8 +173,8 @@ Stop SurfaceEstimator<S>::choose_start(std::span<const Coefficients<S>> starts, 
 }
 
 template <class S>
-Stop SurfaceEstimator<S>::finish(CornerProblem<S>& problem, const Coefficients<double>& a,
-                                 const NormalEquations& sums, Estimate<S>& out) {
+Stop SurfaceEstimator<S>::finish(CornerProblem<S>& problem, const Coefficients<double>& a, const NormalEquations& sums,
+                                 Estimate<S>& out) {
   int held = 0;
   for (int i = 0; i < sums.n; ++i) held += is_held(i) ? 1 : 0;
   PixelErrors pixels;
@@ -223,8 +218,7 @@ Stop SurfaceEstimator<S>::finish(CornerProblem<S>& problem, const Coefficients<d
     if (const Stop stop = take_index(a, h, s2, uncertainty, out); failed(stop)) return stop;
   out.information = uncertainty.information.template cast<S>();
   out.standard_deviation = uncertainty.standard_deviation.template cast<S>();
-  const double variance =
-      uncertainty.covariance.topLeftCorner(modes, modes).cwiseProduct(height_products_).sum();
+  const double variance = uncertainty.covariance.topLeftCorner(modes, modes).cwiseProduct(height_products_).sum();
   out.height_deviation = static_cast<S>(std::sqrt(std::max(variance, 0.0)));
   return out.stop;
 }
@@ -235,13 +229,12 @@ void SurfaceEstimator<S>::error_sizes(std::span<S> out) const {
   for (const PreparedCorner<Lanes<S>>& group : std::span(groups_).first(n_groups_))
     for (int lane = 0; lane < Lanes<S>::kSize; ++lane)
       if (group.weight[lane] > 0 && next < out.size())
-        out[next++] =
-            std::hypot(group.pixel_error.x()[lane], group.pixel_error.y()[lane]) * group.weight[lane];
+        out[next++] = std::hypot(group.pixel_error.x()[lane], group.pixel_error.y()[lane]) * group.weight[lane];
 }
 
 template <class S>
-Stop SurfaceEstimator<S>::take_index(const Coefficients<double>& a, const InformationMatrix<double>& h,
-                                     double s2, Uncertainty& uncertainty, Estimate<S>& out) const {
+Stop SurfaceEstimator<S>::take_index(const Coefficients<double>& a, const InformationMatrix<double>& h, double s2,
+                                     Uncertainty& uncertainty, Estimate<S>& out) const {
   const Eigen::Index modes = model_.modes.size();
   const double deviation = uncertainty.standard_deviation[modes];
   out.index = static_cast<S>(a[modes]);
@@ -311,9 +304,9 @@ Estimate<S> SurfaceEstimator<S>::estimate(std::span<const CameraObservations<S>>
   }
   CornerProblem<S> problem(metric_, optics_, groups, sizes);
   problem.start_from(a.template cast<S>());
-  const GaussNewtonSummary summary =
-      loss_ == Loss::kNone ? DampedGaussNewton<CornerProblem<S>>(problem, options).minimise(a, sums)
-                           : fit_robustly(problem, options, loss_, a, sums);
+  const GaussNewtonSummary summary = loss_ == Loss::kNone
+                                         ? DampedGaussNewton<CornerProblem<S>>(problem, options).minimise(a, sums)
+                                         : fit_robustly(problem, options, loss_, a, sums);
   out.stop = summary.stop;
   out.iterations += summary.iterations;
   out.at_bound = summary.at_bound;

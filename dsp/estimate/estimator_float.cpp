@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dsp/estimate/estimator_fit.hpp"
 
 namespace srd::dsp {

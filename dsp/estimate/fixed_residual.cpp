@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dsp/estimate/fixed_residual.hpp"
 
 #include <algorithm>
@@ -41,7 +42,8 @@ std::optional<FixedSurface> quantise(const SurfaceModel<double>& model, const Co
     bend += std::abs(a[j]) * std::max(mode.m, mode.n);
     if (!store(a[j], kMostHeight, out.coefficients[static_cast<std::size_t>(j)])) return std::nullopt;
   }
-  if (!(sum < kMostHeight) || !(bend < 1 << kFixedBendBits) || !(model.lx > kLeastWave) || !(model.ly > kLeastWave)) return std::nullopt;
+  if (!(sum < kMostHeight) || !(bend < 1 << kFixedBendBits) || !(model.lx > kLeastWave) || !(model.ly > kLeastWave))
+    return std::nullopt;
   const bool stored = store(model.lx, kMostLength, out.lx) && store(model.ly, kMostLength, out.ly) &&
                       store(model.x0, kMostLength / 4, out.x0) && store(model.y0, kMostLength / 4, out.y0);
   return stored ? std::optional(out) : std::nullopt;
@@ -49,8 +51,7 @@ std::optional<FixedSurface> quantise(const SurfaceModel<double>& model, const Co
 
 std::optional<FixedMedia> quantise(const Media<double>& media) {
   FixedMedia out;
-  if (media.n_layers < 0 || media.n_layers > kMaxLayers || !(media.air > 0) || !(media.water >= media.air))
-    return std::nullopt;
+  if (media.n_layers < 0 || media.n_layers > kMaxLayers || !(media.air > 0) || !(media.water >= media.air)) return std::nullopt;
   // Indices against air, so that one number of bits holds them all.
   if (!store(media.air / media.water, 1.001, out.air_per_water) || !store(media.water / media.air, 3, out.water))
     return std::nullopt;

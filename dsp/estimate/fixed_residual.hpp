@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Residual of one corner on the bottom plane in whole numbers: ray (4), surface (5), its crossing (6), refraction (7),
 // bottom point (8), disparity (9). Shows that the arithmetic of a board without floating point fits 32-bit storage and
 // 64-bit products; within 1e-4 mm of the double residual.
@@ -21,13 +22,13 @@ using FixedLength = Fixed<std::int32_t, 18>;  // mm, 4e-6 steps
 using FixedUnit = Fixed<std::int32_t, 30>;    // parts of unit vectors, |x| < 2
 using FixedRatio = Fixed<std::int32_t, 28>;   // refractive indices, undistorted pixels, |x| < 8
 
-inline constexpr int kFixedLengthBits = 12;     // |c|, |c - F|, |b - F| < 2^12 mm = 4.1 m an axis; |F| half of that
-inline constexpr int kFixedLevelBits = 2;       // d_z < -1/4: the way down the ray is at most four times the height
-inline constexpr int kFixedHeightBits = 10;     // sum of |a_j| < 2^10 mm
-inline constexpr int kFixedBendBits = 12;       // sum of |a_j| times its harmonic < 2^12 mm
-inline constexpr int kFixedLineBits = 2;        // |X - X0| < 4 Lx over the pattern, for the linear modes
-inline constexpr int kFixedWaveBits = -3;       // pi/Lx < 1/8 per mm: Lx > 25.2 mm
-inline constexpr int kFixedWaveFraction = 34;   // of pi/Lx
+inline constexpr int kFixedLengthBits = 12;    // |c|, |c - F|, |b - F| < 2^12 mm = 4.1 m an axis; |F| half of that
+inline constexpr int kFixedLevelBits = 2;      // d_z < -1/4: the way down the ray is at most four times the height
+inline constexpr int kFixedHeightBits = 10;    // sum of |a_j| < 2^10 mm
+inline constexpr int kFixedBendBits = 12;      // sum of |a_j| times its harmonic < 2^12 mm
+inline constexpr int kFixedLineBits = 2;       // |X - X0| < 4 Lx over the pattern, for the linear modes
+inline constexpr int kFixedWaveBits = -3;      // pi/Lx < 1/8 per mm: Lx > 25.2 mm
+inline constexpr int kFixedWaveFraction = 34;  // of pi/Lx
 
 // The way down the ray times a part of a unit vector, and likewise before it is divided by one.
 static_assert(kFixedLengthBits + kFixedLevelBits + FixedLength::kFractionBits + FixedUnit::kFractionBits <= 62);
@@ -133,7 +134,9 @@ class FixedResidual {
   };
 
   template <class Rep, int Bits>
-  [[nodiscard]] static I raw(Fixed<Rep, Bits> x) { return I(static_cast<std::int64_t>(x.raw())); }
+  [[nodiscard]] static I raw(Fixed<Rep, Bits> x) {
+    return I(static_cast<std::int64_t>(x.raw()));
+  }
   [[nodiscard]] static bool in_range(I length) {
     const I most = I(std::int64_t{1} << (kFixedLengthBits + FixedLength::kFractionBits));
     return I(0) - most < length && length < most;

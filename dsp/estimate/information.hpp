@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Square matrices over the parameters of a fit. Fixed capacity: no heap.
 #pragma once
 

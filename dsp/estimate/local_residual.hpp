@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A residual along the measured ray before the chain rule, and its form on the bottom plane.
 #pragma once
 
@@ -17,9 +18,8 @@ struct LocalResidual {
 // Disparity difference e = b - F, mm. Optics (9). foot: p_xy - F_xy; height: p_z - F_z, mm.
 // False as cross().
 template <class S>
-[[nodiscard]] bool disparity_difference(const Vec3<S>& d, const Vec2<S>& foot, S height, S zx, S zy,
-                                        const Media<S>& media, LocalResidual<S>& out,
-                                        bool index_derivative = false) {
+[[nodiscard]] bool disparity_difference(const Vec3<S>& d, const Vec2<S>& foot, S height, S zx, S zy, const Media<S>& media,
+                                        LocalResidual<S>& out, bool index_derivative = false) {
   Crossing<S> crossing;
   if (!cross(d, zx, zy, height, media, true, crossing, index_derivative)) return false;
   out.e = foot + crossing.offset;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How much a corner far from the others still counts: rho of optics (15) on the size of a whole corner's residual.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the size of a corner's residual means.
 #pragma once
 

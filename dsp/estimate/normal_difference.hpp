@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Normal collinearity: the normal that would send the measured ray to its bottom point against the surface's own.
 // Optics (10), with floor plates.
 #pragma once
@@ -13,8 +14,8 @@ namespace srd::dsp {
 // The straight way from a point of the surface down to F: w, its direction in the water, and dw/dp.
 template <class S>
 struct WaterWay {
-  Vec3<S> w;    // unit, down
-  Mat3<S> by_p;  // 1/mm
+  Vec3<S> w;         // unit, down
+  Mat3<S> by_p;      // 1/mm
   Vec3<S> by_index;  // dw by the index of water
 };
 
@@ -70,8 +71,8 @@ template <class S>
 // e: n2 - n in the plane square to n2 + n, turned with it to the horizontal, so that |e| = |n2 - n| exactly; rad for
 // small e. d: measured ray; foot, height: p - F, mm; zx, zy: slopes at p.
 template <class S>
-[[nodiscard]] bool normal_difference(const Vec3<S>& d, const Vec2<S>& foot, S height, S zx, S zy,
-                                     const Media<S>& media, LocalResidual<S>& out) {
+[[nodiscard]] bool normal_difference(const Vec3<S>& d, const Vec2<S>& foot, S height, S zx, S zy, const Media<S>& media,
+                                     LocalResidual<S>& out) {
   using std::copysign;
   using std::isfinite;
   using std::sqrt;

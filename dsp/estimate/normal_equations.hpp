@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sums of a least-squares problem, J'WJ and J'We.
 #pragma once
 
@@ -13,11 +14,11 @@ namespace srd::dsp {
 struct NormalEquations {
   Eigen::Matrix<double, kMaxParameters, kMaxParameters> jtj;  // upper triangle of the first n x n
   Eigen::Matrix<double, kMaxParameters, 1> jte;
-  double cost = 0;        // sum of |We|^2
-  double cost_noise = 0;  // how much of it may be rounding
+  double cost = 0;            // sum of |We|^2
+  double cost_noise = 0;      // how much of it may be rounding
   double gradient_noise = 0;  // what a step promises when nothing but rounding is left in J'We
-  double error = 0;       // sum of |e|
-  double squares = 0;     // sum of |e|^2
+  double error = 0;           // sum of |e|
+  double squares = 0;         // sum of |e|^2
   int n = 0;
 
   void reset(int parameters) {

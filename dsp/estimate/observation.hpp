@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What an estimate is made from: corners with identities, seen by calibrated cameras.
 #pragma once
 
@@ -12,10 +13,10 @@ namespace srd::dsp {
 // One corner whose identity is known.
 template <class S>
 struct Observation {
-  int point = 0;         // index into the bottom points
-  Vec2<S> pixel;         // raw image, px
-  Vec2<S> normalised;    // the same corner undistorted: CameraModel::undistort(pixel)
-  S sigma = 1;           // standard deviation per axis, px; weights are 1/sigma
+  int point = 0;       // index into the bottom points
+  Vec2<S> pixel;       // raw image, px
+  Vec2<S> normalised;  // the same corner undistorted: CameraModel::undistort(pixel)
+  S sigma = 1;         // standard deviation per axis, px; weights are 1/sigma
   // Where the prediction of this corner crossed the surface, from its bottom point, mm; NaN: not known. Saves the solver
   // a search, and changes nothing else.
   Vec2<S> foot = Vec2<S>::Constant(std::numeric_limits<S>::quiet_NaN());

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dsp/estimate/pattern_estimator.hpp"
 
 #include <algorithm>
@@ -19,13 +20,13 @@ constexpr int kPixelsPerUnknown = 10;
 constexpr std::array<double, 2> kCoarse{0.2, 0.07};
 // The blurred wave is as well seen by so many pixels a side of a square.
 constexpr double kCoarsePixels = 8;
-constexpr double kApproach = 1e-4;       // promised fall of the cost at which a coarse stage ends
+constexpr double kApproach = 1e-4;  // promised fall of the cost at which a coarse stage ends
 constexpr int kCoarseIterations = 30;
-constexpr double kFirstBlur = 0.03;      // squares; start of the unknown
+constexpr double kFirstBlur = 0.03;                          // squares; start of the unknown
 constexpr double kLeastBlur = 0.25, kMostBlurSquares = 0.2;  // px; squares: bounds of the unknown
 // Passes with the blur as an unknown. Each takes weights and the blur's footprint from where the one before ended.
 constexpr int kPasses = 4;
-constexpr double kBlockSquares = 0.5;    // side of a block of the sandwich
+constexpr double kBlockSquares = 0.5;  // side of a block of the sandwich
 
 [[nodiscard]] int coarse_step(const PatternProblem& problem) {
   return std::max(1, static_cast<int>(problem.square_px() / kCoarsePixels));
@@ -33,18 +34,20 @@ constexpr double kBlockSquares = 0.5;    // side of a block of the sandwich
 
 }  // namespace
 
-Result<PatternEstimator> PatternEstimator::make(const View<double>& view, const Region& region,
-                                                const PatternSurface& surface, const Media<double>& media,
-                                                const CheckerPlane& plane, const PatternOptions& options) {
+Result<PatternEstimator> PatternEstimator::make(const View<double>& view, const Region& region, const PatternSurface& surface,
+                                                const Media<double>& media, const CheckerPlane& plane,
+                                                const PatternOptions& options) {
   constexpr int kLeastSide = 8;
   if (region.u1 - region.u0 < kLeastSide || region.v1 - region.v0 < kLeastSide) return Errc::kInvalidArgument;
   if (surface.parameters() < 1 || surface.parameters() >= kMaxModes) return Errc::kInvalidArgument;
   for (const double x : {plane.square_mm, media.air, media.water})
     if (!(x > 0) || !std::isfinite(x)) return Errc::kInvalidArgument;
-  if (surface.form == SurfaceForm::kModes && (!(surface.model.lx > 0) || !(surface.model.ly > 0))) return Errc::kInvalidArgument;
+  if (surface.form == SurfaceForm::kModes && (!(surface.model.lx > 0) || !(surface.model.ly > 0)))
+    return Errc::kInvalidArgument;
   for (const double x : {options.epsg, options.epsf, options.epsx})
     if (!(x >= 0) || !std::isfinite(x)) return Errc::kInvalidArgument;
-  if (!options.scale.empty() && options.scale.size() != static_cast<std::size_t>(surface.parameters())) return Errc::kInvalidArgument;
+  if (!options.scale.empty() && options.scale.size() != static_cast<std::size_t>(surface.parameters()))
+    return Errc::kInvalidArgument;
   for (const double x : options.scale)
     if (!(x > 0) || !std::isfinite(x)) return Errc::kInvalidArgument;
   if (options.max_iterations < 0 || !std::isfinite(plane.x + plane.y + plane.z)) return Errc::kInvalidArgument;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Surface coefficients from all pixels of a region, without corners: the pattern metric (12). Coarse to fine in the blur,
 // then with the blur itself as an unknown. One camera. estimate() neither allocates nor throws nor reads a clock. One
 // thread per object.
@@ -14,19 +15,19 @@
 namespace srd::dsp {
 
 struct PatternOptions {
-  bool gradients = true;    // levels may change linearly over the region: lighting
-  int max_iterations = 0;   // of the last stage; 0: 50
+  bool gradients = true;                // levels may change linearly over the region: lighting
+  int max_iterations = 0;               // of the last stage; 0: 50
   double epsg = 0, epsf = 0, epsx = 0;  // of the last stage; all 0: defaults 1e-9 of each kind
-  std::vector<double> scale;  // typical size of each coefficient (empty: 1), as EstimatorOptions
+  std::vector<double> scale;            // typical size of each coefficient (empty: 1), as EstimatorOptions
 };
 
 struct PatternEstimate {
   // mean_error, cost, variance_factor: in grey levels. corners_used: pixels. reprojection_rms: 0. at_bound: the blur is at
   // one of its bounds (0.25 px, a fifth of a square), which says that the form of the surface does not fit. information
-  // and standard_deviation: sandwich (17) over blocks of half a square, so that print, dirt and model errors which
+  // and standard_deviation: sandwich (12c) over blocks of half a square, so that print, dirt and model errors which
   // neighbouring pixels share are counted.
   Estimate<double> surface;
-  double blur_px = 0;       // sigma, pixel's area included
+  double blur_px = 0;  // sigma, pixel's area included
   PatternLevels levels;
   // 1 - squares / squares about the best plane of grey levels: 1 perfect, 0 no better than no pattern.
   double explained = 0;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dsp/estimate/pattern_problem.hpp"
 
 #include <Eigen/Cholesky>
@@ -12,14 +13,18 @@ namespace {
 constexpr double kLeastLevelPivot = 1e-6;
 // Rounding of one predicted grey level: 1e-9 mm of a traced ray, times the steepest edges.
 constexpr double kGreyRounding = 1e-8;
-constexpr double kHuber = 1.345;          // deviations; 95 % efficient for normal noise
+constexpr double kHuber = 1.345;  // deviations; 95 % efficient for normal noise
 constexpr double kNormalPerMedian = 1.4826;
 
 }  // namespace
 
 PatternProblem::PatternProblem(const View<double>& view, const Region& region, const PatternSurface& surface,
                                const Media<double>& media, const CheckerPlane& plane, bool gradients)
-    : view_(view), region_(region), surface_(surface), media_(media), plane_(plane),
+    : view_(view),
+      region_(region),
+      surface_(surface),
+      media_(media),
+      plane_(plane),
       n_levels_(gradients ? PatternLevels::kMost : 2) {
   const int width = std::max(0, region.u1 - region.u0), height = std::max(0, region.v1 - region.v0);
   pixels_.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
@@ -211,7 +216,8 @@ bool PatternProblem::evaluate(const Coefficients<double>& unknowns, NormalEquati
     out.jte.head(n_unknowns_) += (sample.weight * e) * j;
     coupling_.noalias() += sample.weight * j * regressors(sample).transpose();
   }
-  out.jtj.topLeftCorner(n_unknowns_, n_unknowns_) -= coupling_.lazyProduct(level_inverse_).eval().lazyProduct(coupling_.transpose());
+  out.jtj.topLeftCorner(n_unknowns_, n_unknowns_) -=
+      coupling_.lazyProduct(level_inverse_).eval().lazyProduct(coupling_.transpose());
   const double rounding = kGreyRounding * std::sqrt(static_cast<double>(n_used_));
   out.cost_noise = 3 * rounding * (std::sqrt(out.cost) + rounding) + 16 * std::numeric_limits<double>::epsilon() * out.cost;
   return true;

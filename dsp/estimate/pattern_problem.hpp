@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // All pixels of a region as the solver's least-squares problem: grey levels predicted from the pattern's black and white
 // where each pixel's ray arrives, smoothed by the blur. Optics (12), (12a), (12b). Memory is sized at construction.
 // One camera; one thread per object.
@@ -33,8 +34,8 @@ class PatternProblem {
  public:
   // region: of the image. gradients: whether levels may change over the region. Pixels that the lens has no ray for, or
   // whose ray does not go down, are left out.
-  PatternProblem(const View<double>& view, const Region& region, const PatternSurface& surface,
-                 const Media<double>& media, const CheckerPlane& plane, bool gradients);
+  PatternProblem(const View<double>& view, const Region& region, const PatternSurface& surface, const Media<double>& media,
+                 const CheckerPlane& plane, bool gradients);
 
   // mask: one byte a pixel of the region, row by row, 0: leave out; empty: all are used. The number of pixels used; 0
   // when the image does not hold the region.
@@ -79,18 +80,18 @@ class PatternProblem {
 
  private:
   struct Pixel {
-    Vec3<double> direction;        // in W, unit
+    Vec3<double> direction;              // in W, unit
     Eigen::Matrix<float, 3, 2> d_pixel;  // by the raw pixel
-    float u = 0, v = 0;            // -1..1
+    float u = 0, v = 0;                  // -1..1
     bool sees = false;
   };
   // One that is used, and what the last evaluation found for it.
   struct Sample {
     int pixel = 0;
-    int column = 0, row = 0;       // px, in the region
+    int column = 0, row = 0;  // px, in the region
     double grey = 0;
     double weight = 1;
-    double along = 0;              // mm along the ray to the surface
+    double along = 0;  // mm along the ray to the surface
     BlurFootprint blur;
     Vec3<double> surface_point;
     double by_height = 0, by_slope_x = 0, by_slope_y = 0;  // of the shape
@@ -117,15 +118,15 @@ class PatternProblem {
   Media<double> media_;
   CheckerPlane plane_;
   int n_levels_;
-  std::vector<Pixel> pixels_;    // of the region, row by row
-  std::vector<Sample> samples_;  // the first n_used_ count
+  std::vector<Pixel> pixels_;                 // of the region, row by row
+  std::vector<Sample> samples_;               // the first n_used_ count
   std::vector<Coefficients<double>> scores_;  // one a block
-  std::vector<float> sizes_;     // of residuals, for their median
+  std::vector<float> sizes_;                  // of residuals, for their median
   int n_used_ = 0, n_unknowns_ = 0, every_ = 1;
   double held_blur_px_ = 1, blur_px_ = 1, square_px_ = 0, flat_squares_ = 0;
   PatternLevels levels_;
   LevelMatrix level_inverse_ = LevelMatrix::Zero();
-  Coupling coupling_;            // sum of rows times regressors
+  Coupling coupling_;  // sum of rows times regressors
   Basis<double> basis_;
 };
 

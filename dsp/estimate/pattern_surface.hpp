@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The surfaces that the pattern metric can fit: a sum of modes (5), or the two-parameter form of OpenSRD's release of
 // 2017. Both give the way of a ray and its derivatives in the same six numbers.
 #pragma once
@@ -13,8 +14,8 @@ enum class SurfaceForm : unsigned char {
   kLevelAndNormal,
 };
 
-inline constexpr double kNormalScale = 100;   // of c1
-inline constexpr double kNormalY = 0.07;      // second component of the fixed normal
+inline constexpr double kNormalScale = 100;  // of c1
+inline constexpr double kNormalY = 0.07;     // second component of the fixed normal
 
 struct PatternSurface {
   SurfaceForm form = SurfaceForm::kModes;
@@ -23,9 +24,8 @@ struct PatternSurface {
   [[nodiscard]] int parameters() const { return form == SurfaceForm::kModes ? model.modes.size() : 2; }
 
   // dt: start distance along the ray, <= 0: none. As trace() of optics/refraction.hpp, d_direction included.
-  [[nodiscard]] Result<void, Errc> follow(const Ray<double>& ray, const Coefficients<double>& a,
-                                          const Media<double>& media, double bottom_z, Trace<double>& out,
-                                          double start) const {
+  [[nodiscard]] Result<void, Errc> follow(const Ray<double>& ray, const Coefficients<double>& a, const Media<double>& media,
+                                          double bottom_z, Trace<double>& out, double start) const {
     if (form == SurfaceForm::kModes) return trace(ray, model, a, media, bottom_z, true, out, start);
     const Vec3<double>& d = ray.direction;
     if (!(d.z() < 0)) return Errc::kOutOfDomain;

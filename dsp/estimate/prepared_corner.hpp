@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A corner as the residuals take it: everything relative to its bottom point, so that float keeps micrometres at a
 // metre's distance. Prepared once a frame, in double. T is a scalar, or Lanes of it for several corners at once.
 #pragma once
@@ -12,15 +13,15 @@ namespace srd::dsp {
 
 template <class T>
 struct PreparedCorner : SightLine<T> {
-  Vec2<T> pixel;              // q, raw px
-  Vec2<T> normalised;         // q undistorted
-  T weight;                   // 1/sigma, 1/px; 0: a lane without a corner
-  Vec3<T> direction;          // d of the measured ray, unit
-  Vec2<T> dry;                // where the measured ray meets Z = F_z, from F, mm
-  T dry_distance;             // from c along d to there, mm
-  Vec2<T> first_foot;         // see Observation::foot
-  T along;                    // of the measured ray's surface point, from the dry point along d, mm; <= 0; as foot
-  Vec2<T> pixel_error;        // of the last evaluation with derivatives, px
+  Vec2<T> pixel;        // q, raw px
+  Vec2<T> normalised;   // q undistorted
+  T weight;             // 1/sigma, 1/px; 0: a lane without a corner
+  Vec3<T> direction;    // d of the measured ray, unit
+  Vec2<T> dry;          // where the measured ray meets Z = F_z, from F, mm
+  T dry_distance;       // from c along d to there, mm
+  Vec2<T> first_foot;   // see Observation::foot
+  T along;              // of the measured ray's surface point, from the dry point along d, mm; <= 0; as foot
+  Vec2<T> pixel_error;  // of the last evaluation with derivatives, px
 };
 
 // A camera as prepare() takes it.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dsp/estimate/rank_report.hpp"
 
 #include <algorithm>
@@ -33,8 +34,7 @@ void explain(const Factor& factor, int parameter, double pivot, Dependence& out)
   }
   Places steps{};
   for (int i = 0; i < factor.rank; ++i)
-    if (largest > 0 && size(i) >= largest / 10)
-      steps[static_cast<std::size_t>(out.n_others++)] = static_cast<std::uint8_t>(i);
+    if (largest > 0 && size(i) >= largest / 10) steps[static_cast<std::size_t>(out.n_others++)] = static_cast<std::uint8_t>(i);
   std::sort(steps.begin(), steps.begin() + out.n_others, [&](int a, int b) { return size(a) > size(b); });
   for (std::size_t i = 0; i < static_cast<std::size_t>(out.n_others); ++i) out.others[i] = factor.taken[steps[i]];
 }
@@ -60,8 +60,7 @@ int factorise(const InformationMatrix<double>& a, int modes, Visit visit) {
     for (int i = 0; i < n; ++i) {
       if (!remaining[static_cast<std::size_t>(i)]) continue;
       // Of equals, which rounding must not tell apart, the first.
-      if (best < 0 || (i < modes && left[static_cast<std::size_t>(i)] > left[static_cast<std::size_t>(best)] + 1e-9))
-        best = i;
+      if (best < 0 || (i < modes && left[static_cast<std::size_t>(i)] > left[static_cast<std::size_t>(best)] + 1e-9)) best = i;
     }
     const double pivot = left[static_cast<std::size_t>(best)];
     remaining[static_cast<std::size_t>(best)] = false;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the corners can tell apart, and what not.
 #pragma once
 

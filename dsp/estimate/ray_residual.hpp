@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Residuals of one corner along its measured ray: on the bottom plane, mm (9), or between normals, rad (10).
 #pragma once
 
@@ -11,9 +12,8 @@ namespace srd::dsp {
 // metric: disparity or collinearity. corner.along: start and result. basis as in reprojection_residual; pixel_e, when wanted: de/dq at fixed surface.
 // False: the ray misses the surface from above, or the residual does not exist there.
 template <class S>
-[[nodiscard]] bool ray_residual(Metric metric, const Optics<S>& optics, const Coefficients<S>& a,
-                                PreparedCorner<S>& corner, Basis<S>* basis, CornerResidual<S>& out,
-                                Mat2<S>* pixel_e = nullptr) {
+[[nodiscard]] bool ray_residual(Metric metric, const Optics<S>& optics, const Coefficients<S>& a, PreparedCorner<S>& corner,
+                                Basis<S>* basis, CornerResidual<S>& out, Mat2<S>* pixel_e = nullptr) {
   constexpr int kMaxIterations = 30;
   using std::abs;
   using std::isfinite;
@@ -21,10 +21,9 @@ template <class S>
   S along = corner.along;
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     Vec2<S> foot = corner.dry + along * d.template head<2>();
-    SurfaceSample<S> at =
-        optics.model.evaluate(&a, corner.point.x() + foot.x(), corner.point.y() + foot.y(), basis);
+    SurfaceSample<S> at = optics.model.evaluate(&a, corner.point.x() + foot.x(), corner.point.y() + foot.y(), basis);
     const S slope = d.z() - at.zx * d.x() - at.zy * d.y();
-    if (!(slope < 0)) return false;  // grazing or leaving: not a view from above
+    if (!(slope < 0)) return false;                                       // grazing or leaving: not a view from above
     const S step = -(along * d.z() - (at.z - corner.point.z())) / slope;  // (6)
     if (!isfinite(step)) return false;
     along += step;
@@ -37,10 +36,9 @@ template <class S>
     at.zx += at.zxx * moved.x() + at.zxy * moved.y();
     at.zy += at.zxy * moved.x() + at.zyy * moved.y();
     LocalResidual<S> local;
-    const bool valid =
-        metric == Metric::kDisparity
-            ? disparity_difference(d, foot, along * d.z(), at.zx, at.zy, optics.media, local, optics.free_index)
-            : normal_difference(d, foot, along * d.z(), at.zx, at.zy, optics.media, local);
+    const bool valid = metric == Metric::kDisparity
+                           ? disparity_difference(d, foot, along * d.z(), at.zx, at.zy, optics.media, local, optics.free_index)
+                           : normal_difference(d, foot, along * d.z(), at.zx, at.zy, optics.media, local);
     if (!valid) return false;
     out.e = local.e;
     if (basis == nullptr) return true;
@@ -71,10 +69,10 @@ template <class S>
 }
 
 extern template bool ray_residual(Metric, const Optics<Lanes<float>>&, const Coefficients<Lanes<float>>&,
-                                  PreparedCorner<Lanes<float>>&, Basis<Lanes<float>>*,
-                                  CornerResidual<Lanes<float>>&, Mat2<Lanes<float>>*);
+                                  PreparedCorner<Lanes<float>>&, Basis<Lanes<float>>*, CornerResidual<Lanes<float>>&,
+                                  Mat2<Lanes<float>>*);
 extern template bool ray_residual(Metric, const Optics<Lanes<double>>&, const Coefficients<Lanes<double>>&,
-                                  PreparedCorner<Lanes<double>>&, Basis<Lanes<double>>*,
-                                  CornerResidual<Lanes<double>>&, Mat2<Lanes<double>>*);
+                                  PreparedCorner<Lanes<double>>&, Basis<Lanes<double>>*, CornerResidual<Lanes<double>>&,
+                                  Mat2<Lanes<double>>*);
 
 }  // namespace srd::dsp

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Residual of one corner in the raw image, px, exact. Optics (11).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A fit whose loss takes its scale from the frame's own residuals. Optics (15).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where a camera sees a bottom point through the surface, and how that moves with the point and with the surface. T is a
 // scalar, or Lanes of it for several points at once. Optics (8), inverted.
 // The unknown of the Newton iteration is the foot of the surface point through which the camera sees F: one evaluation of
@@ -44,12 +45,12 @@ struct SightLine {
 
 template <class T>
 struct Sighting {
-  Vec2<T> seen;           // normalised, undistorted
-  Vec2<T> pixel;          // raw px
-  Mat2<T> pixel_point;    // d pixel / d (F_x, F_y), px/mm
-  Vec2<T> by_height;      // d pixel / d a_j = by_height phi_j + by_slope grad phi_j, the modes taken at the surface point
+  Vec2<T> seen;         // normalised, undistorted
+  Vec2<T> pixel;        // raw px
+  Mat2<T> pixel_point;  // d pixel / d (F_x, F_y), px/mm
+  Vec2<T> by_height;    // d pixel / d a_j = by_height phi_j + by_slope grad phi_j, the modes taken at the surface point
   Mat2<T> by_slope;
-  Vec2<T> by_index;       // d pixel / d index of water; with Optics::free_index
+  Vec2<T> by_index;  // d pixel / d index of water; with Optics::free_index
 };
 
 // line.foot: start and result. basis: filled at the surface point, unless null.
@@ -62,8 +63,7 @@ template <class T>
   using std::isfinite;
   Vec2<T> foot = line.foot;
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
-    const SurfaceSample<T> at =
-        optics.model.evaluate(&a, line.point.x() + foot.x(), line.point.y() + foot.y(), basis);
+    const SurfaceSample<T> at = optics.model.evaluate(&a, line.point.x() + foot.x(), line.point.y() + foot.y(), basis);
     const T height = at.z - line.point.z();
     const Vec3<T> from_camera(foot.x() - line.camera_from_point.x(), foot.y() - line.camera_from_point.y(),
                               height - line.camera_from_point.z());
@@ -117,9 +117,9 @@ template <class T>
 }
 
 // Compiled once: it is most of what a fit and a prediction do.
-extern template bool sight(const Optics<Lanes<float>>&, const Coefficients<Lanes<float>>&,
-                           SightLine<Lanes<float>>&, Basis<Lanes<float>>*, bool, Sighting<Lanes<float>>&);
-extern template bool sight(const Optics<Lanes<double>>&, const Coefficients<Lanes<double>>&,
-                           SightLine<Lanes<double>>&, Basis<Lanes<double>>*, bool, Sighting<Lanes<double>>&);
+extern template bool sight(const Optics<Lanes<float>>&, const Coefficients<Lanes<float>>&, SightLine<Lanes<float>>&,
+                           Basis<Lanes<float>>*, bool, Sighting<Lanes<float>>&);
+extern template bool sight(const Optics<Lanes<double>>&, const Coefficients<Lanes<double>>&, SightLine<Lanes<double>>&,
+                           Basis<Lanes<double>>*, bool, Sighting<Lanes<double>>&);
 
 }  // namespace srd::dsp

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where the next fit may start: the last surfaces, their trend, the configured guess. Optics (16).
 // The estimator takes the one that costs least on the new corners. One thread per object; no heap.
 #pragma once
@@ -14,7 +15,7 @@ namespace srd::dsp {
 template <class S>
 class StartHistory {
  public:
-  static constexpr int kKept = 4;         // surfaces
+  static constexpr int kKept = 4;          // surfaces
   static constexpr int kMost = kKept + 2;  // starts
   // A trend is drawn out to at most this many times the two frames' own distance in time: beyond, it leads away.
   static constexpr std::int64_t kFarthest = 4;
@@ -73,16 +74,14 @@ class StartHistory {
   };
 
   // i-th newest.
-  [[nodiscard]] const Known& at(int i) const {
-    return surfaces_[static_cast<std::size_t>((newest_ + kKept - i) % kKept)];
-  }
+  [[nodiscard]] const Known& at(int i) const { return surfaces_[static_cast<std::size_t>((newest_ + kKept - i) % kKept)]; }
   [[nodiscard]] bool has_trend(std::int64_t time_ns) const {
     if (size_ < 2 || time_ns <= at(0).time_ns) return false;
     return (time_ns - at(0).time_ns) / kFarthest <= at(0).time_ns - at(1).time_ns;
   }
   [[nodiscard]] Coefficients<S> trend(std::int64_t time_ns) const {
-    const S ratio = static_cast<S>(static_cast<double>(time_ns - at(0).time_ns) /
-                                   static_cast<double>(at(0).time_ns - at(1).time_ns));
+    const S ratio =
+        static_cast<S>(static_cast<double>(time_ns - at(0).time_ns) / static_cast<double>(at(0).time_ns - at(1).time_ns));
     return at(0).surface + ratio * (at(0).surface - at(1).surface);
   }
   void push(const Coefficients<S>& surface, Kind kind) {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Why an estimate ended.
 #pragma once
 
@@ -16,11 +17,11 @@ enum class Stop : std::uint8_t {
   kNoProgress = 5,     // promised is below the rounding of the cost, or damping is at its limit: as good as the
                        // arithmetic allows
   // Failures: no surface.
-  kTooFewCorners = 16,  // fewer than ceil(parameters / 2) corners
-  kSingular = 17,       // the corners do not determine the coefficients
-  kNonFinite = 18,      // a NaN or infinity came in or up
-  kOutOfDomain = 19,    // a ray misses the surface at every start
-  kInvalidInput = 20,   // unknown point, missing view, sigma <= 0, too many corners, a start of the wrong length
+  kTooFewCorners = 16,      // fewer than ceil(parameters / 2) corners
+  kSingular = 17,           // the corners do not determine the coefficients
+  kNonFinite = 18,          // a NaN or infinity came in or up
+  kOutOfDomain = 19,        // a ray misses the surface at every start
+  kInvalidInput = 20,       // unknown point, missing view, sigma <= 0, too many corners, a start of the wrong length
   kIndexUndetermined = 21,  // the corners do not tell the free index of water from the coefficients
 };
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dsp/frontend/board_finder.hpp"
 
 #include <algorithm>
@@ -9,7 +10,7 @@ namespace {
 constexpr int kLeastDistance = 3;  // px: finer squares than that have no corners to measure
 // Of the least distance: corners nearer to each other than this may be those of smaller squares that found room.
 constexpr float kCrowded = 1.5f;
-constexpr float kMost = 0.9f;      // of the corners: so many on grids, and no square has been missed
+constexpr float kMost = 0.9f;  // of the corners: so many on grids, and no square has been missed
 
 }  // namespace
 

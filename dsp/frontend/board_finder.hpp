@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The boards of an image: corners, and which is which. The least distance between two corners follows the squares that
 // are seen: where they are smaller than announced, it is halved and the image searched again.
 // Buffers are sized at construction; find() does not allocate. One thread per object.

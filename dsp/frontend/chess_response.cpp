@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dsp/frontend/chess_response.hpp"
 
 #include <algorithm>
@@ -50,8 +51,8 @@ void response_row(const GrayView& image, int v, int u0, int u1, const ResponseOp
   }
 }
 
-int row_maxima(const std::int16_t* above, const std::int16_t* here, const std::int16_t* below, int n,
-               std::int16_t threshold, std::int32_t* at) {
+int row_maxima(const std::int16_t* above, const std::int16_t* here, const std::int16_t* below, int n, std::int16_t threshold,
+               std::int32_t* at) {
   int count = 0;
   for (int i = 1; i + 1 < n; ++i) {
     const std::int16_t r = here[i];
@@ -62,8 +63,7 @@ int row_maxima(const std::int16_t* above, const std::int16_t* here, const std::i
   return count;
 }
 
-void response_window(const GrayView& image, int u0, int v0, int side, const ResponseOptions& options,
-                     ResponseWindow& window) {
+void response_window(const GrayView& image, int u0, int v0, int side, const ResponseOptions& options, ResponseWindow& window) {
   window.u0 = u0;
   window.v0 = v0;
   window.side = side;

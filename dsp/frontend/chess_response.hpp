@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // ChESS corner response (Bennett & Lasenby 2014). Optics (22).
 // |sum response| <= 4 * 510 = 2040, difference response <= 8 * 255 = 2040, mean term <= 16 * 255 = 4080:
 // the total lies in [-6120, 2040], and int16 has two bits to spare.
@@ -23,8 +24,8 @@ void response_row(const GrayView& image, int v, int u0, int u1, const ResponseOp
 
 // The same where the response is above the threshold (>= 0); elsewhere out is some number that is not above it. Most of an
 // image lies far from corners and is told by half the work; maxima above the threshold do not see the difference.
-void response_row_above(const GrayView& image, int v, int u0, int u1, const ResponseOptions& options,
-                        std::int16_t threshold, std::int16_t* out);
+void response_row_above(const GrayView& image, int v, int u0, int u1, const ResponseOptions& options, std::int16_t threshold,
+                        std::int16_t* out);
 
 // Where here[i], 1 <= i < n - 1, is above the threshold and a maximum of its 3x3 neighbours, of which the rows above and
 // below hold the rest; of equal neighbours the first in reading order wins. Writes at most n / 2 + 1 places, in order;
@@ -37,13 +38,12 @@ struct ResponseWindow {
   static constexpr int kMostSide = 31, kStride = 32;
   // Row-major; from a row's last pixel up to the next multiple of 8 it holds -32768.
   alignas(64) std::array<std::int16_t, kMostSide * kStride> at;
-  int u0 = 0, v0 = 0, side = 0;                                  // px
+  int u0 = 0, v0 = 0, side = 0;  // px
   [[nodiscard]] const std::int16_t* row(int i) const { return at.data() + i * kStride; }
 };
 
 // Fills the window's responses; every pixel at least radius from every border.
-void response_window(const GrayView& image, int u0, int v0, int side, const ResponseOptions& options,
-                     ResponseWindow& window);
+void response_window(const GrayView& image, int u0, int v0, int side, const ResponseOptions& options, ResponseWindow& window);
 
 struct WindowPeak {
   int row = 0, column = 0;  // the largest response; of equal ones the first in reading order
@@ -56,8 +56,7 @@ struct WindowPeak {
 
 // The definitions; the functions above equal them bit for bit.
 namespace scalar {
-void response_window(const GrayView& image, int u0, int v0, int side, const ResponseOptions& options,
-                     ResponseWindow& window);
+void response_window(const GrayView& image, int u0, int v0, int side, const ResponseOptions& options, ResponseWindow& window);
 [[nodiscard]] WindowPeak window_peak(const ResponseWindow& window, std::int16_t threshold);
 void response_row(const GrayView& image, int v, int u0, int u1, const ResponseOptions& options, std::int16_t* out);
 [[nodiscard]] int row_maxima(const std::int16_t* above, const std::int16_t* here, const std::int16_t* below, int n,

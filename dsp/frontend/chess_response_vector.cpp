@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The response and its maxima, one source for every vector unit; equal to the scalar definition bit for bit.
 #include <algorithm>
 #include <type_traits>
@@ -22,24 +23,21 @@ void ResponseRow(const GrayView& image, int v, int u0, int u1, const ResponseOpt
   scalar::response_row(image, v, u0, u1, options, out);
 }
 
-void ResponseRowAbove(const GrayView& image, int v, int u0, int u1, const ResponseOptions& options,
-                      std::int16_t /*threshold*/, std::int16_t* out) {
+void ResponseRowAbove(const GrayView& image, int v, int u0, int u1, const ResponseOptions& options, std::int16_t /*threshold*/,
+                      std::int16_t* out) {
   scalar::response_row(image, v, u0, u1, options, out);
 }
 
-int RowMaxima(const std::int16_t* above, const std::int16_t* here, const std::int16_t* below, int n,
-              std::int16_t threshold, std::int32_t* at) {
+int RowMaxima(const std::int16_t* above, const std::int16_t* here, const std::int16_t* below, int n, std::int16_t threshold,
+              std::int32_t* at) {
   return scalar::row_maxima(above, here, below, n, threshold, at);
 }
 
-void ResponseWindowOf(const GrayView& image, int u0, int v0, int side, const ResponseOptions& options,
-                      ResponseWindow& window) {
+void ResponseWindowOf(const GrayView& image, int u0, int v0, int side, const ResponseOptions& options, ResponseWindow& window) {
   scalar::response_window(image, u0, v0, side, options, window);
 }
 
-WindowPeak WindowPeakOf(const ResponseWindow& window, std::int16_t threshold) {
-  return scalar::window_peak(window, threshold);
-}
+WindowPeak WindowPeakOf(const ResponseWindow& window, std::int16_t threshold) { return scalar::window_peak(window, threshold); }
 
 #else
 
@@ -52,10 +50,10 @@ struct Halves {
 };
 
 template <class D8>
-using Wider = hn::Rebind<std::int16_t, hn::Half<D8>>;
+using Wider = hn::Rebind<std::int16_t, hn::Half<D8> >;
 
 template <class D8, class V8>
-HWY_INLINE Halves<hn::Vec<Wider<D8>>> widen(D8 /*d8*/, V8 v) {
+HWY_INLINE Halves<hn::Vec<Wider<D8> > > widen(D8 /*d8*/, V8 v) {
   const hn::Half<D8> half;
   const Wider<D8> d16;
   return {hn::PromoteTo(d16, hn::LowerHalf(half, v)), hn::PromoteTo(d16, hn::UpperHalf(half, v))};
@@ -153,9 +151,8 @@ HWY_INLINE void with_constants(const ResponseOptions& options, F&& f) {
 void ResponseRow(const GrayView& image, int v, int u0, int u1, const ResponseOptions& options, std::int16_t* out) {
   constexpr int kLeast = 16;  // the narrowest vector
   if (u1 - u0 < kLeast) return scalar::response_row(image, v, u0, u1, options, out);
-  with_constants(options, [&](auto radius, auto mean) {
-    row<radius(), mean()>(image.row(v) + u0, image.stride_bytes, u1 - u0, out);
-  });
+  with_constants(options,
+                 [&](auto radius, auto mean) { row<radius(), mean()>(image.row(v) + u0, image.stride_bytes, u1 - u0, out); });
 }
 
 // What a group of four samples adds to the response at most, halved: positive where both samples of a pair outshine both of
@@ -175,11 +172,11 @@ HWY_NOINLINE void responses_apart(D8 d8, const std::uint8_t* HWY_RESTRICT p, std
 }
 
 template <int kRadius, bool kMeanTerm, class D8>
-HWY_INLINE void responses_above(D8 d8, const std::uint8_t* HWY_RESTRICT p, std::ptrdiff_t stride,
-                                std::int16_t threshold, std::int16_t* HWY_RESTRICT out) {
-  const auto sum = hn::SaturatedAdd(
-      hn::SaturatedAdd(most_of_group<kRadius, 0>(d8, p, stride), most_of_group<kRadius, 1>(d8, p, stride)),
-      hn::SaturatedAdd(most_of_group<kRadius, 2>(d8, p, stride), most_of_group<kRadius, 3>(d8, p, stride)));
+HWY_INLINE void responses_above(D8 d8, const std::uint8_t* HWY_RESTRICT p, std::ptrdiff_t stride, std::int16_t threshold,
+                                std::int16_t* HWY_RESTRICT out) {
+  const auto sum =
+      hn::SaturatedAdd(hn::SaturatedAdd(most_of_group<kRadius, 0>(d8, p, stride), most_of_group<kRadius, 1>(d8, p, stride)),
+                       hn::SaturatedAdd(most_of_group<kRadius, 2>(d8, p, stride), most_of_group<kRadius, 3>(d8, p, stride)));
   // Twice the sum is not above the threshold, and the mean term only lowers it. 255 may stand for more.
   const auto half = hn::Set(d8, static_cast<std::uint8_t>(std::clamp(threshold / 2, 0, 254)));
   if (!hn::AllTrue(d8, hn::Eq(hn::SaturatedSub(sum, half), hn::Zero(d8))))
@@ -189,16 +186,15 @@ HWY_INLINE void responses_above(D8 d8, const std::uint8_t* HWY_RESTRICT p, std::
   hn::StoreU(hn::Set(d16, threshold), d16, out + hn::Lanes(d16));
 }
 
-void ResponseRowAbove(const GrayView& image, int v, int u0, int u1, const ResponseOptions& options,
-                      std::int16_t threshold, std::int16_t* out) {
+void ResponseRowAbove(const GrayView& image, int v, int u0, int u1, const ResponseOptions& options, std::int16_t threshold,
+                      std::int16_t* out) {
   const hn::CappedTag<std::uint8_t, 32> d;
   const int step = static_cast<int>(hn::Lanes(d)), n = u1 - u0;
   if (n < step) return ResponseRow(image, v, u0, u1, options, out);
   const std::uint8_t* p = image.row(v) + u0;
   with_constants(options, [&](auto radius, auto mean) {
     int i = 0;
-    for (; i + step <= n; i += step)
-      responses_above<radius(), mean()>(d, p + i, image.stride_bytes, threshold, out + i);
+    for (; i + step <= n; i += step) responses_above<radius(), mean()>(d, p + i, image.stride_bytes, threshold, out + i);
     if (i < n) responses_above<radius(), mean()>(d, p + n - step, image.stride_bytes, threshold, out + n - step);
   });
 }
@@ -258,21 +254,18 @@ HWY_INLINE void window_rows(const GrayView& image, int first, int columns, Respo
   }
 }
 
-void ResponseWindowOf(const GrayView& image, int u0, int v0, int side, const ResponseOptions& options,
-                      ResponseWindow& window) {
+void ResponseWindowOf(const GrayView& image, int u0, int v0, int side, const ResponseOptions& options, ResponseWindow& window) {
   const int columns = (side + 15) / 16 * 16;
   const int first = std::min(u0, image.width - options.radius - columns);
   if (first < options.radius) return scalar::response_window(image, u0, v0, side, options, window);
   window.u0 = u0;
   window.v0 = v0;
   window.side = side;
-  with_constants(options, [&](auto radius, auto mean) {
-    window_rows<radius(), mean()>(image, first, columns, window);
-  });
+  with_constants(options, [&](auto radius, auto mean) { window_rows<radius(), mean()>(image, first, columns, window); });
 }
 
 // Lanes of a row from column j that are further than the first maximum's plateau from it along u.
-HWY_INLINE hn::Mask<hn::CappedTag<std::int16_t, 8>> beyond(hn::CappedTag<std::int16_t, 8> d, int j, int column, int plateau) {
+HWY_INLINE hn::Mask<hn::CappedTag<std::int16_t, 8> > beyond(hn::CappedTag<std::int16_t, 8> d, int j, int column, int plateau) {
   return hn::Gt(hn::Abs(hn::Sub(hn::Iota(d, static_cast<std::int16_t>(j)), hn::Set(d, static_cast<std::int16_t>(column)))),
                 hn::Set(d, static_cast<std::int16_t>(plateau)));
 }
@@ -284,7 +277,8 @@ HWY_INLINE bool has_rival(const ResponseWindow& window, const WindowPeak& peak, 
   auto most = none;
   for (int j = 0; j < window.side; j += 8) {
     const auto outside = beyond(d, j, peak.column, plateau);
-    const int above = std::clamp(peak.row - plateau, 1, window.side - 1), below = std::min(peak.row + plateau + 1, window.side - 1);
+    const int above = std::clamp(peak.row - plateau, 1, window.side - 1),
+              below = std::min(peak.row + plateau + 1, window.side - 1);
     int i = 1;
     for (; i < above; ++i) most = hn::Max(most, hn::Load(d, window.row(i) + j));
     for (; i < below; ++i) most = hn::Max(most, hn::IfThenElse(outside, hn::Load(d, window.row(i) + j), none));
@@ -346,18 +340,17 @@ void response_row(const GrayView& image, int v, int u0, int u1, const ResponseOp
   HWY_DYNAMIC_DISPATCH(ResponseRow)(image, v, u0, u1, options, out);
 }
 
-void response_row_above(const GrayView& image, int v, int u0, int u1, const ResponseOptions& options,
-                        std::int16_t threshold, std::int16_t* out) {
+void response_row_above(const GrayView& image, int v, int u0, int u1, const ResponseOptions& options, std::int16_t threshold,
+                        std::int16_t* out) {
   HWY_DYNAMIC_DISPATCH(ResponseRowAbove)(image, v, u0, u1, options, threshold, out);
 }
 
-int row_maxima(const std::int16_t* above, const std::int16_t* here, const std::int16_t* below, int n,
-               std::int16_t threshold, std::int32_t* at) {
+int row_maxima(const std::int16_t* above, const std::int16_t* here, const std::int16_t* below, int n, std::int16_t threshold,
+               std::int32_t* at) {
   return HWY_DYNAMIC_DISPATCH(RowMaxima)(above, here, below, n, threshold, at);
 }
 
-void response_window(const GrayView& image, int u0, int v0, int side, const ResponseOptions& options,
-                     ResponseWindow& window) {
+void response_window(const GrayView& image, int u0, int v0, int side, const ResponseOptions& options, ResponseWindow& window) {
   HWY_DYNAMIC_DISPATCH(ResponseWindowOf)(image, u0, v0, side, options, window);
 }
 

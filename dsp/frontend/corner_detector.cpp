@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dsp/frontend/corner_detector.hpp"
 
 #include <algorithm>
@@ -18,8 +19,7 @@ CornerDetector::CornerDetector(int max_width, int max_height, int max_corners)
       max_corners_(static_cast<std::size_t>(max_corners)),
       rows_(3 * (kBand + 2)),
       places_(kBand / 2 + 2),
-      bucket_heads_(static_cast<std::size_t>(max_width / kMinCell + 1) *
-                    static_cast<std::size_t>(max_height / kMinCell + 1)) {
+      bucket_heads_(static_cast<std::size_t>(max_width / kMinCell + 1) * static_cast<std::size_t>(max_height / kMinCell + 1)) {
   maxima_.reserve(16 * max_corners_);
   bucket_next_.reserve(16 * max_corners_);
   corners_.reserve(max_corners_);
@@ -91,8 +91,8 @@ void CornerDetector::fit_maxima(const GrayView& image, const DetectorOptions& op
 // Sharpened edges look sharper than nearly every lens makes them; where they overshoot too much, no corner fits.
 bool CornerDetector::may_be_sharpened() const {
   constexpr std::int32_t kSharpQ12 = 4096 * 8 / 10;
-  const auto sharp = std::count_if(corners_.begin(), corners_.end(),
-                                   [](const CornerFit& fit) { return fit.shape.blur_q12 < kSharpQ12; });
+  const auto sharp =
+      std::count_if(corners_.begin(), corners_.end(), [](const CornerFit& fit) { return fit.shape.blur_q12 < kSharpQ12; });
   return 2 * static_cast<std::size_t>(sharp) > corners_.size() || 2 * corners_.size() < tried_;
 }
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // All checkerboard corners of an image: response, maxima, minimum distance, subpixel fit. Integer arithmetic.
 // Buffers are sized at construction; detect() does not allocate. One thread per object.
 #pragma once
@@ -13,9 +14,9 @@ namespace srd::dsp {
 
 struct DetectorOptions {
   ResponseOptions response;
-  int threshold = 200;      // >= 0, least response; a corner of contrast C (bright - dark) in focus gives 4 C or more
-  int min_distance = 8;     // px between two corners; the stronger one wins
-  Region region{};          // where corners may lie; empty: the whole image
+  int threshold = 200;   // >= 0, least response; a corner of contrast C (bright - dark) in focus gives 4 C or more
+  int min_distance = 8;  // px between two corners; the stronger one wins
+  Region region{};       // where corners may lie; empty: the whole image
   CornerFitOptions fit;
   bool measure_sharpening = true;  // where edges are as sharp as sharpened ones; else fit.sharpening holds
 };
@@ -48,8 +49,8 @@ class CornerDetector {
 
   int max_width_, max_height_;
   std::size_t max_corners_;
-  std::vector<std::int16_t> rows_;     // three rows of responses, a band wide
-  std::vector<std::int32_t> places_;   // maxima of one row
+  std::vector<std::int16_t> rows_;    // three rows of responses, a band wide
+  std::vector<std::int32_t> places_;  // maxima of one row
   std::vector<Maximum> maxima_;
   std::vector<int> bucket_heads_, bucket_next_;
   std::vector<CornerFit> corners_;

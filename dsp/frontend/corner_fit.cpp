@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dsp/frontend/corner_fit.hpp"
 
 #include <algorithm>
@@ -21,13 +22,13 @@ constexpr int kPatience = 6;  // steps until that is tried
 constexpr std::int64_t kSoftBlur = 4096 * 38 / 100;
 // Q16 grey levels: 0 to 255, half of that, and what noise may add. Beyond them residuals are cut off and look small.
 constexpr std::int64_t kLeastMean = -(16 << 16), kMostMean = 271 << 16, kMostContrast = 144 << 16;
-constexpr std::int64_t kMaxMove = 1 << 16, kMaxTurn = 1 << 12;           // of one step: 1 px, 1/4 rad
+constexpr std::int64_t kMaxMove = 1 << 16, kMaxTurn = 1 << 12;  // of one step: 1 px, 1/4 rad
 
 // The state of the iteration: position in Q16 px relative to the window's centre pixel.
 struct State {
   std::int64_t x = 0, y = 0;
-  Direction n1, n2;            // Q14
-  std::int64_t blur = 4096;    // Q12 px
+  Direction n1, n2;                             // Q14
+  std::int64_t blur = 4096;                     // Q12 px
   std::int64_t mean = 128 << 16, contrast = 0;  // Q16 grey levels
 };
 
@@ -46,8 +47,7 @@ std::int64_t cross_q14(const Direction& a, const Direction& b) {
 Direction turned(const Direction& n, std::int64_t angle) {
   const std::int64_t x = n.x - ((n.y * angle) >> 14), y = n.y + ((n.x * angle) >> 14);
   const std::int64_t stretch = (3 << 27) - ((x * x + y * y) >> 1);  // (3 - |n|^2) / 2, Q28
-  return {static_cast<std::int32_t>(shift_rounded(x * stretch, 28)),
-          static_cast<std::int32_t>(shift_rounded(y * stretch, 28))};
+  return {static_cast<std::int32_t>(shift_rounded(x * stretch, 28)), static_cast<std::int32_t>(shift_rounded(y * stretch, 28))};
 }
 
 std::int16_t narrow(std::int64_t x) { return static_cast<std::int16_t>(clamp(x, 32767)); }
@@ -61,8 +61,7 @@ CornerModel::Line line_across(const State& state, const Direction& n, std::int64
 }
 
 CornerModel::Line line_along(const State& state, const Direction& n) {
-  return {narrow(shift_rounded(-n.y, 4)), narrow(shift_rounded(n.x, 4)),
-          narrow(-((-n.y * state.x + n.x * state.y) >> 20))};
+  return {narrow(shift_rounded(-n.y, 4)), narrow(shift_rounded(n.x, 4)), narrow(-((-n.y * state.x + n.x * state.y) >> 20))};
 }
 
 CornerModel::Mask mask_of(const State& state, const Sharpening& sharpening) {
@@ -127,9 +126,7 @@ bool advance(const Ldl& solver, const CornerModel& at, const CornerFitOptions& o
   const std::int64_t turn2 = clamp(in_px(CornerSums::kTurn2, 30), kMaxTurn);
   const std::int64_t det = cross_q14(state.n1, state.n2);
   const std::int64_t per_det_q28 = (std::int64_t{1} << 42) / det;
-  const auto over_det = [&](std::int64_t a_q30) {
-    return clamp(shift_rounded((a_q30 >> 14) * per_det_q28, 28), kMaxMove);
-  };
+  const auto over_det = [&](std::int64_t a_q30) { return clamp(shift_rounded((a_q30 >> 14) * per_det_q28, 28), kMaxMove); };
   const std::int64_t limit = 8 * kMaxMove;
   const std::int64_t dx = over_det(state.n2.y * clamp(move1, limit) - state.n1.y * clamp(move2, limit));
   const std::int64_t dy = over_det(-state.n2.x * clamp(move1, limit) + state.n1.x * clamp(move2, limit));
@@ -165,7 +162,8 @@ std::int64_t deviation_q12(const Ldl& solver, const State& state, std::int64_t r
   const std::int64_t det = std::abs(cross_q14(state.n1, state.n2));
   // trace(N^-1 C N^-T) = (C11 + C22 - 2 rho C12) / det^2 for unit normals; half of it an axis.
   const std::int64_t trace_q24 = block.first + block.second - ((2 * rho * block.cross) >> 14);
-  const std::int64_t root_q16 = isqrt(static_cast<std::uint64_t>(clamp(std::max<std::int64_t>(trace_q24, 0), std::int64_t{1} << 50)) << 7);
+  const std::int64_t root_q16 =
+      isqrt(static_cast<std::uint64_t>(clamp(std::max<std::int64_t>(trace_q24, 0), std::int64_t{1} << 50)) << 7);
   const std::int64_t per_level_q28 = (state.blur << 32) / state.contrast;
   const std::int64_t spread_q20 = (residual_q6 * per_level_q28) >> 14;
   return shift_rounded(spread_q20 * clamp(root_q16, 1 << 22) / det, 10);
@@ -261,7 +259,8 @@ bool fit_corner(const GrayView& image, const CornerShape& start, const CornerFit
     return false;
 
   // Of a sharpened image, pixels that were cut off at black and white do not count.
-  const std::int64_t pixels_used = sums.product[CornerSums::kMean][CornerSums::kMean] >> (2 * CornerSums::kQ[CornerSums::kMean]);
+  const std::int64_t pixels_used =
+      sums.product[CornerSums::kMean][CornerSums::kMean] >> (2 * CornerSums::kQ[CornerSums::kMean]);
   if (2 * pixels_used < window.size) return false;
   const std::int64_t variance_q12 = solver.remainder(2) / (pixels_used - (CornerSums::kColumns - 1));
   const std::int64_t residual_q6 = isqrt(static_cast<std::uint64_t>(variance_q12));

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A checkerboard corner located to a hundredth of a pixel: least squares of a blurred crossing of two edges on the grey
 // levels round it. Integer arithmetic throughout, so every machine gives the same corner.
 //
@@ -24,30 +25,30 @@ struct Direction {
 // What the fit starts from and improves.
 struct CornerShape {
   Pixel u, v;
-  Direction n1, n2;            // normals of the two edges; the sectors where both distances have one sign are bright
+  Direction n1, n2;              // normals of the two edges; the sectors where both distances have one sign are bright
   std::int32_t blur_q12 = 4096;  // standard deviation of the edges before sharpening, lens and pixel together, px
 };
 
 // How the camera has sharpened its image: I + amount (I - G * I), G a Gaussian of this radius (standard deviation).
 struct Sharpening {
   static constexpr std::int32_t kMostAmountQ12 = 3 * 4096;
-  std::int32_t amount_q12 = 0;   // 0: not at all .. kMostAmountQ12
+  std::int32_t amount_q12 = 0;     // 0: not at all .. kMostAmountQ12
   std::int32_t radius_q12 = 4096;  // px
   [[nodiscard]] bool operator==(const Sharpening&) const = default;
 };
 
 struct CornerFitOptions {
-  int half_window = 5;         // px, 3..8, and up to 8/5 of it at 2.8 blurs of the start; the next edge should lie w + 2 blur away
+  int half_window = 5;  // px, 3..8, and up to 8/5 of it at 2.8 blurs of the start; the next edge should lie w + 2 blur away
   int max_iterations = 12;
-  int min_contrast = 8;        // half difference of bright and dark, grey levels
+  int min_contrast = 8;           // half difference of bright and dark, grey levels
   int max_residual_percent = 35;  // rms of the residual against the contrast
   int max_travel_q12 = 3 * 4096;  // how far the corner may lie from the start, px
   Sharpening sharpening;
-  bool compare_rows = false;   // fill CornerFit::rows_apart
+  bool compare_rows = false;  // fill CornerFit::rows_apart
 };
 
 struct CornerFit {
-  Corner corner;               // u, v, sigma, mean, contrast
+  Corner corner;  // u, v, sigma, mean, contrast
   CornerShape shape;
   std::int32_t residual_q6 = 0;  // rms of the fit, grey levels
   int iterations = 0;
@@ -62,7 +63,6 @@ struct CornerFit {
 
 // False: the window leaves the image, contrast, blur or residual is out of bounds, the edges are nearly parallel,
 // or the iteration runs away. Then there is no corner that one would want to measure with.
-[[nodiscard]] bool fit_corner(const GrayView& image, const CornerShape& start, const CornerFitOptions& options,
-                              CornerFit& fit);
+[[nodiscard]] bool fit_corner(const GrayView& image, const CornerShape& start, const CornerFitOptions& options, CornerFit& fit);
 
 }  // namespace srd::dsp

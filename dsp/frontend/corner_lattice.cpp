@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dsp/frontend/corner_lattice.hpp"
 
 #include <algorithm>
@@ -8,14 +9,14 @@ namespace srd::dsp {
 namespace {
 
 constexpr std::array<int, 4> kRowStep{0, 1, 0, -1}, kColumnStep{1, 0, -1, 0};
-constexpr int kReach = 2;             // cells: how far round a cell its map is taken from
-constexpr float kContinues = 0.60f;   // of a step: a linked neighbour against the steps before and beside it
-constexpr float kLinked = 0.45f;      // of a step: a corner that a link leads to against the map
-constexpr float kDue = 0.30f;         // of a step: a corner without a link
-constexpr float kAligned = 0.80f;     // cosine between an edge and the map's step
-constexpr float kAlone = 0.12f;       // of a step: a corner with a single neighbour
-constexpr int kSmallest = 4;          // corners
-constexpr float kNoSupport = 1e9f;    // a misfit: no map without the corner itself
+constexpr int kReach = 2;            // cells: how far round a cell its map is taken from
+constexpr float kContinues = 0.60f;  // of a step: a linked neighbour against the steps before and beside it
+constexpr float kLinked = 0.45f;     // of a step: a corner that a link leads to against the map
+constexpr float kDue = 0.30f;        // of a step: a corner without a link
+constexpr float kAligned = 0.80f;    // cosine between an edge and the map's step
+constexpr float kAlone = 0.12f;      // of a step: a corner with a single neighbour
+constexpr int kSmallest = 4;         // corners
+constexpr float kNoSupport = 1e9f;   // a misfit: no map without the corner itself
 constexpr int kPasses = 64;
 
 std::uint64_t key_of(int piece, int row, int column) {
@@ -23,9 +24,7 @@ std::uint64_t key_of(int piece, int row, int column) {
   return (static_cast<std::uint64_t>(piece + 1) << 40) | (bits(row) << 20) | bits(column);
 }
 
-std::size_t hash_of(std::uint64_t key) {
-  return static_cast<std::size_t>((key * 0x9e3779b97f4a7c15ull) >> 32);
-}
+std::size_t hash_of(std::uint64_t key) { return static_cast<std::size_t>((key * 0x9e3779b97f4a7c15ull) >> 32); }
 
 }  // namespace
 

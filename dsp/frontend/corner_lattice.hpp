@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Corners on square lattices. Cells of linked corners grow into pieces; a piece takes in a corner where the map from its
 // rows and columns to the image says that one is due, lets go of one that the map of its neighbours contradicts, and
 // joins another piece when their maps agree across the gap. Buffers are sized at construction. One thread per object.
@@ -32,8 +33,8 @@ class CornerLattice {
   // The lattice's map round a cell: its place in the image and the steps to the next row and the next column, px.
   struct LocalMap {
     float u, v, row_u, row_v, column_u, column_v;
-    float step;     // mean length of the two steps
-    int members;    // that it comes from
+    float step;   // mean length of the two steps
+    int members;  // that it comes from
   };
 
   explicit CornerLattice(std::size_t max_corners);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pieces of a lattice that agree across a gap become one: members of CornerLattice.
 #include <algorithm>
 #include <cmath>
@@ -8,10 +9,10 @@ namespace srd::dsp {
 
 namespace {
 
-constexpr float kGap = 3.4f;          // steps between the corners of two pieces that may be joined
-constexpr float kMapsDiffer = 0.5f;   // of a step, between the steps of two pieces
+constexpr float kGap = 3.4f;         // steps between the corners of two pieces that may be joined
+constexpr float kMapsDiffer = 0.5f;  // of a step, between the steps of two pieces
 constexpr int kVotes = 3;
-constexpr float kAgree = 0.75f;       // of all votes, by weight
+constexpr float kAgree = 0.75f;  // of all votes, by weight
 
 }  // namespace
 
@@ -31,7 +32,6 @@ bool CornerLattice::join(const CornerLinks& links) {
   }
   return any;
 }
-
 
 // Each corner of the guest near the host votes for where the host's map puts it.
 bool CornerLattice::agree(const CornerLinks& links, int host, int guest, Shift& shift) const {
@@ -90,7 +90,8 @@ bool CornerLattice::agree(const CornerLinks& links, int host, int guest, Shift& 
     std::size_t k = 0;
     while (k < count && (shifts[k].turn != vote.turn || shifts[k].row != vote.row || shifts[k].column != vote.column)) ++k;
     if (k == shifts.size()) continue;
-    if (k == count) shifts[count++] = vote;
+    if (k == count)
+      shifts[count++] = vote;
     else {
       ++shifts[k].votes;
       shifts[k].weight += weight;

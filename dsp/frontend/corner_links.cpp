@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dsp/frontend/corner_links.hpp"
 
 #include <algorithm>
@@ -10,11 +11,11 @@ namespace {
 // Sine of the angle between a half edge and the way to the neighbour. Spread ink turns the edges of a fit by up to a
 // quarter of a right angle, the next corner but one in the next row lies 27 degrees off.
 constexpr float kCone = 0.42f;
-constexpr float kTwin = 1.5f;     // px: two fits this near are of one corner
-constexpr int kExamined = 96;     // corners round one after which no neighbour is looked for further out
+constexpr float kTwin = 1.5f;  // px: two fits this near are of one corner
+constexpr int kExamined = 96;  // corners round one after which no neighbour is looked for further out
 // Where an edge is looked at: so many places between its corners, so far to either side of it.
 constexpr int kLooks = 5;
-constexpr float kBeside = 0.20f;      // of its length, and at least a pixel: wider than ink spreads, within thin squares
+constexpr float kBeside = 0.20f;  // of its length, and at least a pixel: wider than ink spreads, within thin squares
 // Of the corners' contrast: what its sides differ by at each place, and on the average. Blur takes most of it where
 // squares are few pixels wide; the squares round a corner that was missed turn it round.
 constexpr float kLeastDiffers = -0.05f, kMeanDiffers = 0.15f;
@@ -194,8 +195,10 @@ bool CornerLinks::edge_seen(const CornerNode& from, int half, const CornerNode& 
   // Clockwise of half edge 0 lies the sector that from.bright tells of.
   const float sign = from.bright != ((half & 1) != 0) ? 1.0f : -1.0f;
   const auto level = [&](float u, float v) {
-    const int cu = std::clamp(static_cast<int>(u), 0, image_.width - 2), cv = std::clamp(static_cast<int>(v), 0, image_.height - 2);
-    const float fu = std::clamp(u - static_cast<float>(cu), 0.0f, 1.0f), fv = std::clamp(v - static_cast<float>(cv), 0.0f, 1.0f);
+    const int cu = std::clamp(static_cast<int>(u), 0, image_.width - 2),
+              cv = std::clamp(static_cast<int>(v), 0, image_.height - 2);
+    const float fu = std::clamp(u - static_cast<float>(cu), 0.0f, 1.0f),
+                fv = std::clamp(v - static_cast<float>(cv), 0.0f, 1.0f);
     const std::uint8_t *above = image_.row(cv) + cu, *below = image_.row(cv + 1) + cu;
     const float top = static_cast<float>(above[0]) * (1 - fu) + static_cast<float>(above[1]) * fu;
     const float bottom = static_cast<float>(below[0]) * (1 - fu) + static_cast<float>(below[1]) * fu;

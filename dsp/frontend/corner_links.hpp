@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which corners may be next to each other: each corner has four half edges, and the nearest corner along one of them
 // whose own half edge points back, and whose bright squares lie on the other side, is its neighbour there. With the
 // image, the edge between them must be seen: bright on one side and dark on the other all the way.
@@ -16,14 +17,14 @@ namespace srd::dsp {
 
 // Half edges 0..3 follow each other clockwise in the image: roughly right, down, left, up.
 struct CornerNode {
-  float u = 0, v = 0;                        // px
+  float u = 0, v = 0;                           // px
   std::array<std::array<float, 2>, 4> along{};  // unit vectors of the half edges
-  std::array<int, 4> link{-1, -1, -1, -1};   // the neighbour at each half edge; -1: none
-  std::array<std::int8_t, 4> back{};         // which of the neighbour's half edges leads back
-  bool bright = false;                       // between half edges 0 and 1
-  float contrast = 0;                        // grey levels from dark to bright
-  bool usable = true;                        // false: a stronger corner lies at the same place
-  std::uint8_t cells = 0;                    // bit i: four neighbours close a square between half edges i and i + 1
+  std::array<int, 4> link{-1, -1, -1, -1};      // the neighbour at each half edge; -1: none
+  std::array<std::int8_t, 4> back{};            // which of the neighbour's half edges leads back
+  bool bright = false;                          // between half edges 0 and 1
+  float contrast = 0;                           // grey levels from dark to bright
+  bool usable = true;                           // false: a stronger corner lies at the same place
+  std::uint8_t cells = 0;                       // bit i: four neighbours close a square between half edges i and i + 1
 };
 
 // The node of a fit, without links.

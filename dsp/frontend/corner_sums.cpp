@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dsp/frontend/corner_sums.hpp"
 
 #include <algorithm>
@@ -57,8 +58,8 @@ struct Bracket {
   std::int16_t blur;  // Q10
 };
 
-Bracket bracket(const std::array<CornerModel::Line, 2>& across, const std::array<std::uint8_t, 2>& shape,
-                std::int16_t rho_q15, int du, int dv) {
+Bracket bracket(const std::array<CornerModel::Line, 2>& across, const std::array<std::uint8_t, 2>& shape, std::int16_t rho_q15,
+                int du, int dv) {
   const std::int16_t s1 = distance(across[0], du, dv), s2 = distance(across[1], du, dv);
   const EdgeProfile::Value p1 = EdgeProfile::table(shape[0])[static_cast<std::size_t>(EdgeProfile::cell(s1))];
   const EdgeProfile::Value p2 = EdgeProfile::table(shape[1])[static_cast<std::size_t>(EdgeProfile::cell(s2))];

@@ -1,10 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sums of the corner fit over the window's pixels: the products of its columns and the residual. 16-bit arithmetic.
 //
-// Model at a pixel, s_i = distance from edge i in blurs: I = m + c B, B = E(s1) E(s2) + rho D(s1) D(s2).
+// Model at a pixel, optics (23), s_i = distance from edge i in blurs: I = m + c B, B = E(s1) E(s2) + rho D(s1) D(s2).
 // Columns: 1; B; s1 D1 E2 + s2 E1 D2 (blur); along_i times the move column (turn of edge i); D1 E2, E1 D2
 // (move along the normals, times -c/blur).
 // Where the camera has sharpened by an unsharp mask, I + a (I - G * I) with a Gaussian G, B is B + a (B - W), W the bracket of
-// the blur that G widens, and so is each of its derivatives.
+// the blur that G widens, optics (25), and so is each of its derivatives.
 //
 // Ranges, w <= 8 (|offset| <= 11.4 px): every column stays below 3320 and the residual at 4080, so that 128 products sum
 // to less than 2^31; larger windows are summed in parts. Of a sharpened image the columns stay within 5790, and 64 products.
@@ -35,9 +36,9 @@ struct CornerModel {
   } mask;
   static constexpr std::int16_t kMostAmountQ13 = 3 << 13;
   static constexpr std::int16_t kNearlyCutOffQ6 = 12 << 6;  // grey levels
-  std::int16_t rho_q15 = 0;       // n1.n2
-  std::int16_t mean_q6 = 0;       // grey levels
-  std::int16_t contrast_q8 = 0;   // grey levels, half difference of bright and dark
+  std::int16_t rho_q15 = 0;                                 // n1.n2
+  std::int16_t mean_q6 = 0;                                 // grey levels
+  std::int16_t contrast_q8 = 0;                             // grey levels, half difference of bright and dark
 };
 
 struct CornerSums {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The sums of the corner fit, one source for every vector unit; equal to the scalar definition bit for bit.
 #include <algorithm>
 #include <cstring>
@@ -26,8 +27,8 @@ void Sums(const CornerWindow& window, const std::uint8_t* pixels, const CornerMo
 namespace hn = hwy::HWY_NAMESPACE;
 using Tag = hn::CappedTag<std::int16_t, 16>;
 using Wide = hn::RepartitionToWide<Tag>;
-constexpr int kPart = 128;           // pixels whose products a 32-bit sum holds
-constexpr int kSharpenedPart = 64;   // the same of a sharpened image, whose columns are larger
+constexpr int kPart = 128;          // pixels whose products a 32-bit sum holds
+constexpr int kSharpenedPart = 64;  // the same of a sharpened image, whose columns are larger
 constexpr int kMostSharpened = 5790;
 constexpr int kColumns = CornerSums::kColumns;
 
@@ -92,8 +93,7 @@ HWY_INLINE void bracket(const Profiles& profiles, int k, hn::Vec<Tag> rho, hn::V
   hn::LoadInterleaved2(d, profiles.value[1] + 2 * k, step2, slope2);
   const auto s1 = hn::ShiftLeft<2>(hn::Load(d, profiles.distance[0] + k));
   const auto s2 = hn::ShiftLeft<2>(hn::Load(d, profiles.distance[1] + k));
-  value = hn::SaturatedAdd(hn::MulFixedPoint15(step1, step2),
-                           hn::MulFixedPoint15(hn::MulFixedPoint15(slope1, slope2), rho));
+  value = hn::SaturatedAdd(hn::MulFixedPoint15(step1, step2), hn::MulFixedPoint15(hn::MulFixedPoint15(slope1, slope2), rho));
   move1 = hn::MulFixedPoint15(slope1, step2);
   move2 = hn::MulFixedPoint15(step1, slope2);
   blur = hn::Add(hn::MulFixedPoint15(s1, move1), hn::MulFixedPoint15(s2, move2));

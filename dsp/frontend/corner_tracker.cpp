@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dsp/frontend/corner_tracker.hpp"
 
 #include <algorithm>
@@ -26,8 +27,7 @@ Tracked track_corner(const GrayView& image, const Region& region, const CornerSh
   const int cu = expected.u.round(), cv = expected.v.round();
   const int margin = r + std::max(options.response.radius, options.fit.half_window);
   if (!image.contains(cu, cv, margin)) return Tracked::kOutside;
-  if (!region.empty() && (cu < region.u0 || cv < region.v0 || cu >= region.u1 || cv >= region.v1))
-    return Tracked::kOutside;
+  if (!region.empty() && (cu < region.u0 || cv < region.v0 || cu >= region.u1 || cv >= region.v1)) return Tracked::kOutside;
 
   ResponseWindow window;
   response_window(image, cu - r, cv - r, 2 * r + 1, options.response, window);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One corner near where it is expected. Integer arithmetic, stateless, cost independent of the image's size.
 #pragma once
 
@@ -8,7 +9,7 @@ namespace srd::dsp {
 
 struct TrackOptions {
   ResponseOptions response;
-  int threshold = 200;       // least response of a strong maximum
+  int threshold = 200;  // least response of a strong maximum
   CornerFitOptions fit;
 };
 
@@ -26,7 +27,7 @@ void prefetch_window(const GrayView& image, int u, int v, int half);
 
 // expected: where the corner should be, the normals of its edges with the expected polarity, its blur.
 // search_radius: px, 1..15; the corner found lies within it.
-[[nodiscard]] Tracked track_corner(const GrayView& image, const Region& region, const CornerShape& expected,
-                                   int search_radius, const TrackOptions& options, CornerFit& fit);
+[[nodiscard]] Tracked track_corner(const GrayView& image, const Region& region, const CornerShape& expected, int search_radius,
+                                   const TrackOptions& options, CornerFit& fit);
 
 }  // namespace srd::dsp

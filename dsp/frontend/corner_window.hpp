@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The pixels that the corner fit reads: a square window, row by row, as a list that vectors take without gaps.
 #pragma once
 

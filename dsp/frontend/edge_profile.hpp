@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The step edge as a camera shows it, in tables: E(s) from -1 to 1 across the edge, and D(s) = E'(s); s is the distance from the
 // edge in standard deviations of the blur. The lens's part of the blur is a normal distribution; the pixel averages over its
 // area, which across an edge of normal n is a box of |nx| and one of |ny| px. Both together have the variance
@@ -33,7 +34,7 @@ class EdgeProfile {
   [[nodiscard]] static const Table& table(int shape) { return shape == 0 ? kNormal : mixed(shape); }
 
   // The shape of an edge with this normal (Q14, unit length) and blur (Q12 px), by the excess kurtosis of its derivative:
-  // two boxes have -(nx^4 + ny^4) / (120 blur^4), and one with the part f of the variance has -1.2 f^2.
+  // two boxes have -(nx^4 + ny^4) / (120 blur^4), optics (24), and one with the part f of the variance has -1.2 f^2.
   // From 0.73 px on it is within 0.1 % of the contrast of the normal distribution's.
   [[nodiscard]] static int shape_of(std::int32_t nx_q14, std::int32_t ny_q14, std::int64_t blur_q12) {
     constexpr std::int64_t kWideQ12 = 4096 * 73 / 100;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dsp/frontend/grid_labelling.hpp"
 
 #include <algorithm>
@@ -98,9 +99,8 @@ Result<void> GridLabeller::find_grids(std::span<const CornerFit> corners, const 
   std::array<int, CornerLattice::kMostPieces> order{};
   const auto count = static_cast<std::size_t>(lattice_.pieces());
   for (std::size_t i = 0; i < count; ++i) order[i] = static_cast<int>(i);
-  std::sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count), [&](int a, int b) {
-    return lattice_.size(a) != lattice_.size(b) ? lattice_.size(a) > lattice_.size(b) : a < b;
-  });
+  std::sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count),
+            [&](int a, int b) { return lattice_.size(a) != lattice_.size(b) ? lattice_.size(a) > lattice_.size(b) : a < b; });
   bool holes = false;
   for (std::size_t i = 0; i < count && lattice_.size(order[i]) > 0; ++i) holes = !lay_out(order[i]) || holes;
   if (grid_count_ == 0) return holes ? Errc::kAmbiguous : Errc::kNotFound;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which corner is which square's: the boards of an image, each a grid of corners in rows and columns.
 // Neighbours alternate in polarity (bright to the right of and below one, dark there at the next) and lie where the
 // smooth map of those round them says, so a corner of something else rarely joins. Parts of a board that cannot be
@@ -41,8 +42,7 @@ class GridLabeller {
   [[nodiscard]] Result<CornerGrid> label(std::span<const CornerFit> corners, const GrayView& image = {});
   // The board of this size: where a grid is larger, the part of it that the corners support best. A grid that is smaller
   // than the board one way is given as it is found.
-  [[nodiscard]] Result<CornerGrid> label(std::span<const CornerFit> corners, BoardSize board,
-                                         const GrayView& image = {});
+  [[nodiscard]] Result<CornerGrid> label(std::span<const CornerFit> corners, BoardSize board, const GrayView& image = {});
   // All grids of the last label(), the largest first. Valid until the next.
   [[nodiscard]] std::span<const CornerGrid> grids() const { return std::span(grids_).first(grid_count_); }
   // From a corner of the last label() to the one nearest to it, the median, px; 0: fewer than two corners.

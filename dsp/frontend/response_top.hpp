@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where between the pixels the response is largest: a start for the corner fit.
 #pragma once
 

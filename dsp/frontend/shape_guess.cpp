@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where a corner's two edges cross a circle round it: a start for the fit.
 #include <array>
 #include <cstdlib>
@@ -43,8 +44,8 @@ bool guess_shape(const GrayView& image, int u, int v, int radius, CornerShape& s
     if ((level[n] > 0) == (level[next] > 0)) continue;
     if (count == 4) return false;
     if (count == 0) first_falls = level[n] > 0;
-    const std::int64_t weight = divide_rounded(static_cast<std::int64_t>(std::abs(level[n])) << 8,
-                                               std::abs(level[n]) + std::abs(level[next]));
+    const std::int64_t weight =
+        divide_rounded(static_cast<std::int64_t>(std::abs(level[n])) << 8, std::abs(level[n]) + std::abs(level[next]));
     crossing[count].x = (offsets[n].x << 8) + (offsets[next].x - offsets[n].x) * weight;
     crossing[count].y = (offsets[n].y << 8) + (offsets[next].y - offsets[n].y) * weight;
     ++count;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How much a camera has sharpened its image, from the image's own corners: the amount and radius of the unsharp mask with which
 // the corner fit's model leaves the least. Image processors sharpen by default; their edges overshoot, and a fit that does not
 // know it is late, biased and unsure. Integer arithmetic, no heap.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pinhole camera with OpenCV's distortion, and its inverse by Newton. Optics (3).
 #pragma once
 
@@ -20,8 +21,7 @@ class CameraModel {
   CameraModel() = default;
 
   // distortion: 0, 4, 5, 8, 12 or 14 numbers. kInvalidArgument for another length, a focal length <= 0, or a NaN.
-  [[nodiscard]] static Result<CameraModel> make(double fx, double fy, double cx, double cy,
-                                                std::span<const double> distortion);
+  [[nodiscard]] static Result<CameraModel> make(double fx, double fy, double cx, double cy, std::span<const double> distortion);
 
   template <class T>
   [[nodiscard]] CameraModel<T> cast() const {
@@ -59,8 +59,7 @@ class CameraModel {
 };
 
 template <class S>
-Result<CameraModel<S>> CameraModel<S>::make(double fx, double fy, double cx, double cy,
-                                            std::span<const double> distortion) {
+Result<CameraModel<S>> CameraModel<S>::make(double fx, double fy, double cx, double cy, std::span<const double> distortion) {
   const std::size_t n = distortion.size();
   if (n != 0 && n != 4 && n != 5 && n != 8 && n != 12 && n != 14) return Errc::kInvalidArgument;
   for (const double x : {fx, fy, cx, cy})

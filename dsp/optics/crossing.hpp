@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What happens below one point of the surface: refraction, the water and the floor plates down to the pattern, as an
 // offset from the point's foot, so that no digits are lost to the camera's distance. Optics (7), (8).
 #pragma once
@@ -48,8 +49,8 @@ struct Crossing {
   Vec3<S> water_direction;  // v, unit
   Vec2<S> offset;           // b - (p_x, p_y), mm
   // Partial derivatives of the offset; the direction counts as three free numbers.
-  Vec2<S> by_height;     // by p_z
-  Mat2<S> by_slope;      // by (eta_x, eta_y), mm
+  Vec2<S> by_height;      // by p_z
+  Mat2<S> by_slope;       // by (eta_x, eta_y), mm
   Mat23<S> by_direction;  // by d, mm
   Vec2<S> by_index;       // by the index of water, mm; only when asked for
 };
@@ -58,8 +59,8 @@ struct Crossing {
 // index_derivative: by_index too; only with derivatives.
 // False: the ray comes from below, is totally reflected, or p lies in or under the plates.
 template <class S>
-[[nodiscard]] bool cross(const Vec3<S>& d, S zx, S zy, S height, const Media<S>& media, bool derivatives,
-                         Crossing<S>& out, bool index_derivative = false) {
+[[nodiscard]] bool cross(const Vec3<S>& d, S zx, S zy, S height, const Media<S>& media, bool derivatives, Crossing<S>& out,
+                         bool index_derivative = false) {
   const S water_depth = height - media.plates();
   using std::sqrt;
   const S per_m = 1 / sqrt(1 + zx * zx + zy * zy);
@@ -89,8 +90,7 @@ template <class S>
     if (!(c2 > 0)) return false;
     const S slowness = layer.thickness / sqrt(c2);
     out.offset += slowness * horizontal;
-    if (derivatives)
-      by_v_xy += media.water * slowness * (Mat2<S>::Identity() + horizontal * horizontal.transpose() / c2);
+    if (derivatives) by_v_xy += media.water * slowness * (Mat2<S>::Identity() + horizontal * horizontal.transpose() / c2);
   }
   if (!derivatives) return true;
 
@@ -103,8 +103,7 @@ template <class S>
   for (int axis = 0; axis < 2; ++axis) {
     Vec3<S> dn = (n[axis] * per_m) * n;
     dn[axis] -= per_m;
-    out.by_slope.col(axis) =
-        k * (by_v_xy * dn.template head<2>() + by_v_z * dn.z()) - (dk * d.dot(dn)) * by_n;
+    out.by_slope.col(axis) = k * (by_v_xy * dn.template head<2>() + by_v_z * dn.z()) - (dk * d.dot(dn)) * by_n;
   }
   out.by_direction.template leftCols<2>() = r * by_v_xy;
   out.by_direction.col(2) = r * by_v_z;
@@ -119,9 +118,7 @@ template <class S>
   return true;
 }
 
-extern template bool cross(const Vec3<float>&, float, float, float, const Media<float>&, bool,
-                           Crossing<float>&, bool);
-extern template bool cross(const Vec3<double>&, double, double, double, const Media<double>&, bool,
-                           Crossing<double>&, bool);
+extern template bool cross(const Vec3<float>&, float, float, float, const Media<float>&, bool, Crossing<float>&, bool);
+extern template bool cross(const Vec3<double>&, double, double, double, const Media<double>&, bool, Crossing<double>&, bool);
 
 }  // namespace srd::dsp

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From a ray in air through the surface, the water and flat floor plates to the pattern, with derivatives; and back.
 // Optics (6)-(8), (13), (14). The ray meets the surface once; multiple crossings of steep waves are not modelled.
 #pragma once
@@ -28,8 +29,8 @@ struct Trace {
 
 // Where the ray meets the surface: Newton (6) from the start distance t (<= 0: from the plane z = start height).
 template <class S>
-[[nodiscard]] Result<S> intersect(const Ray<S>& ray, const SurfaceModel<S>& model, const Coefficients<S>& a,
-                                  S start_t, SurfaceSample<S>& at) {
+[[nodiscard]] Result<S> intersect(const Ray<S>& ray, const SurfaceModel<S>& model, const Coefficients<S>& a, S start_t,
+                                  SurfaceSample<S>& at) {
   constexpr int kMaxIterations = 30;
   const Vec3<S>& d = ray.direction;
   if (!(d.z() < 0)) return Errc::kOutOfDomain;
@@ -63,8 +64,7 @@ template <class S>
 // kOutOfDomain: the ray misses the surface from above, or is totally reflected, or the surface lies below the bottom.
 template <class S>
 [[nodiscard]] Result<void, Errc> trace(const Ray<S>& ray, const SurfaceModel<S>& model, const Coefficients<S>& a,
-                                       const Media<S>& media, S bottom_z, bool derivatives, Trace<S>& out,
-                                       S start_t = 0) {
+                                       const Media<S>& media, S bottom_z, bool derivatives, Trace<S>& out, S start_t = 0) {
   SurfaceSample<S> at;
   const Result<S> t = intersect(ray, model, a, start_t, at);
   if (!t) return t.error();
@@ -90,17 +90,16 @@ template <class S>
   // A turned ray: dp = t dd + d dt with m'dp = 0, dt = -t m'dd/h; slopes follow by the curvature.
   const Vec3<S> m(-at.zx, -at.zy, 1);
   const Mat3<S> dp_dd = *t * (Mat3<S>::Identity() - d * m.transpose() / h);
-  out.d_direction =
-      db_dp * dp_dd + crossing.by_direction + out.d_slope * (curvature * dp_dd.template topRows<2>());
+  out.d_direction = db_dp * dp_dd + crossing.by_direction + out.d_slope * (curvature * dp_dd.template topRows<2>());
   return {};
 }
 
 // Where the camera sees a bottom point through the surface: Newton on (8) in normalised coordinates from the start.
 // Returns normalised undistorted coordinates; trace_out holds the final ray with derivatives, b_xy = db/d(x, y).
 template <class S>
-[[nodiscard]] Result<Vec2<S>> see_through(const View<S>& view, const SurfaceModel<S>& model,
-                                          const Coefficients<S>& a, const Media<S>& media, const Vec3<S>& point,
-                                          Vec2<S> start, Trace<S>& trace_out, Mat2<S>& b_xy) {
+[[nodiscard]] Result<Vec2<S>> see_through(const View<S>& view, const SurfaceModel<S>& model, const Coefficients<S>& a,
+                                          const Media<S>& media, const Vec3<S>& point, Vec2<S> start, Trace<S>& trace_out,
+                                          Mat2<S>& b_xy) {
   constexpr int kMaxIterations = 20;
   const S tolerance = 64 * std::numeric_limits<S>::epsilon() *
                       (std::abs(point.x()) + std::abs(point.y()) + view.pose.translation.norm());  // mm
@@ -115,28 +114,24 @@ template <class S>
     const S det = b_xy(0, 0) * b_xy(1, 1) - b_xy(0, 1) * b_xy(1, 0);
     if (!(std::abs(det) > 0)) return Errc::kSingular;
     if (e.norm() <= tolerance) return start;
-    start -= Vec2<S>((b_xy(1, 1) * e.x() - b_xy(0, 1) * e.y()) / det,
-                     (b_xy(0, 0) * e.y() - b_xy(1, 0) * e.x()) / det);
+    start -= Vec2<S>((b_xy(1, 1) * e.x() - b_xy(0, 1) * e.y()) / det, (b_xy(0, 0) * e.y() - b_xy(1, 0) * e.x()) / det);
   }
   return Errc::kNotConverged;
 }
 
-extern template Result<float> intersect(const Ray<float>&, const SurfaceModel<float>&,
-                                        const Coefficients<float>&, float, SurfaceSample<float>&);
-extern template Result<double> intersect(const Ray<double>&, const SurfaceModel<double>&,
-                                         const Coefficients<double>&, double, SurfaceSample<double>&);
-extern template Result<void, Errc> trace(const Ray<float>&, const SurfaceModel<float>&,
-                                         const Coefficients<float>&, const Media<float>&, float, bool,
-                                         Trace<float>&, float);
-extern template Result<void, Errc> trace(const Ray<double>&, const SurfaceModel<double>&,
-                                         const Coefficients<double>&, const Media<double>&, double, bool,
-                                         Trace<double>&, double);
-extern template Result<Vec2<float>> see_through(const View<float>&, const SurfaceModel<float>&,
-                                                const Coefficients<float>&, const Media<float>&,
-                                                const Vec3<float>&, Vec2<float>, Trace<float>&, Mat2<float>&);
-extern template Result<Vec2<double>> see_through(const View<double>&, const SurfaceModel<double>&,
-                                                 const Coefficients<double>&, const Media<double>&,
-                                                 const Vec3<double>&, Vec2<double>, Trace<double>&,
+extern template Result<float> intersect(const Ray<float>&, const SurfaceModel<float>&, const Coefficients<float>&, float,
+                                        SurfaceSample<float>&);
+extern template Result<double> intersect(const Ray<double>&, const SurfaceModel<double>&, const Coefficients<double>&, double,
+                                         SurfaceSample<double>&);
+extern template Result<void, Errc> trace(const Ray<float>&, const SurfaceModel<float>&, const Coefficients<float>&,
+                                         const Media<float>&, float, bool, Trace<float>&, float);
+extern template Result<void, Errc> trace(const Ray<double>&, const SurfaceModel<double>&, const Coefficients<double>&,
+                                         const Media<double>&, double, bool, Trace<double>&, double);
+extern template Result<Vec2<float>> see_through(const View<float>&, const SurfaceModel<float>&, const Coefficients<float>&,
+                                                const Media<float>&, const Vec3<float>&, Vec2<float>, Trace<float>&,
+                                                Mat2<float>&);
+extern template Result<Vec2<double>> see_through(const View<double>&, const SurfaceModel<double>&, const Coefficients<double>&,
+                                                 const Media<double>&, const Vec3<double>&, Vec2<double>, Trace<double>&,
                                                  Mat2<double>&);
 
 }  // namespace srd::dsp

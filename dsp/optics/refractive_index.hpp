@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Index of refraction of water against air, where its equation holds. Optics (21).
 #pragma once
 

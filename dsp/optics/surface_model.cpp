@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dsp/optics/surface_model.hpp"
 
 #include <algorithm>
@@ -25,8 +26,7 @@ Result<ModeList> ModeList::standard(int parameters) {
   if (parameters != 1 && parameters != 3 && parameters != 5 && parameters != 8 && parameters != 12)
     return Errc::kInvalidArgument;
   // The order of optics (5).
-  static constexpr std::string_view kOrder[] = {"A00", "B",   "C",   "A10", "A01", "A20",
-                                                "A02", "A11", "A30", "A03", "A21", "A12"};
+  static constexpr std::string_view kOrder[] = {"A00", "B", "C", "A10", "A01", "A20", "A02", "A11", "A30", "A03", "A21", "A12"};
   std::array<Mode, 12> modes;
   for (std::size_t i = 0; i < modes.size(); ++i) modes[i] = *Mode::parse(kOrder[i]);
   return make(std::span(modes).first(static_cast<std::size_t>(parameters)));

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The water surface as a short sum of modes, with its slopes and curvatures. Optics (5).
 #pragma once
 
@@ -87,9 +88,7 @@ struct SurfaceModel {
     return {modes, static_cast<T>(lx), static_cast<T>(ly), static_cast<T>(x0), static_cast<T>(y0)};
   }
 
-  [[nodiscard]] SurfaceSample<S> sample(const Coefficients<S>& a, S x, S y) const {
-    return evaluate(&a, x, y, nullptr);
-  }
+  [[nodiscard]] SurfaceSample<S> sample(const Coefficients<S>& a, S x, S y) const { return evaluate(&a, x, y, nullptr); }
   [[nodiscard]] S height(const Coefficients<S>& a, S x, S y) const { return sample(a, x, y).z; }
   void basis(S x, S y, Basis<S>& out) const { (void)evaluate(nullptr, x, y, &out); }
 

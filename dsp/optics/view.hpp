@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A calibrated camera at its place in the world: rays of pixels and projections of points. Optics (1), (2), (4).
 #pragma once
 

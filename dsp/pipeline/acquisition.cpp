@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Finding the pattern in a whole image and telling which corner is which: members of SurfaceTracker.
 #include <algorithm>
 #include <cmath>
@@ -95,8 +96,8 @@ TrackStatus SurfaceTracker<S>::place(PerCamera& camera, std::span<const CornerFi
   const Vec2<S> row_axis = in_squares(row_step), column_axis = in_squares(column_step);
   const auto whole = [](S x) { return static_cast<int>(std::lround(x)); };
   Placement placement{whole(row_axis.x()), whole(column_axis.x()), whole(row_axis.y()), whole(column_axis.y()), 0, 0};
-  const int turn = placement.row_from_row * placement.column_from_column -
-                   placement.row_from_column * placement.column_from_row;
+  const int turn =
+      placement.row_from_row * placement.column_from_column - placement.row_from_column * placement.column_from_row;
   if (std::abs(turn) != 1) return TrackStatus::kNoPattern;  // the squares have another size than predicted
 
   constexpr int kReach = 3;  // squares round the prediction
@@ -111,10 +112,10 @@ TrackStatus SurfaceTracker<S>::place(PerCamera& camera, std::span<const CornerFi
     for (int dc = -kReach; dc <= kReach; ++dc) {
       Candidate c;
       c.placement = placement;
-      c.placement.row = pattern_.row(centre) + dr - placement.row_from_row * anchor_row -
-                        placement.row_from_column * anchor_column;
-      c.placement.column = pattern_.column(centre) + dc - placement.column_from_row * anchor_row -
-                           placement.column_from_column * anchor_column;
+      c.placement.row =
+          pattern_.row(centre) + dr - placement.row_from_row * anchor_row - placement.row_from_column * anchor_column;
+      c.placement.column =
+          pattern_.column(centre) + dc - placement.column_from_row * anchor_row - placement.column_from_column * anchor_column;
       c.count = assign(camera, corners, grid, c.placement, c.bright_origin, c.displacement);
       if (c.count == 0) continue;
       const auto better = [](const Candidate& a, const Candidate& b) {
@@ -158,8 +159,7 @@ int SurfaceTracker<S>::assign(PerCamera& camera, std::span<const CornerFit> corn
   };
   visit([&](int, const CornerFit& fit, const Prediction<S>& p, bool origin) {
     ++count[origin];
-    sum2[origin] +=
-        (Vec2<S>(fit.corner.u.template to<S>(), fit.corner.v.template to<S>()) - p.pixel).squaredNorm();
+    sum2[origin] += (Vec2<S>(fit.corner.u.template to<S>(), fit.corner.v.template to<S>()) - p.pixel).squaredNorm();
   });
   bright_origin = polarity_known_ ? bright_origin_ : count[1] > count[0];
   const int n = count[bright_origin];
@@ -178,9 +178,9 @@ template TrackStatus SurfaceTracker<float>::acquire(PerCamera&, const GrayView&)
 template TrackStatus SurfaceTracker<double>::acquire(PerCamera&, const GrayView&);
 template TrackStatus SurfaceTracker<float>::place(PerCamera&, std::span<const CornerFit>, const CornerGrid&);
 template TrackStatus SurfaceTracker<double>::place(PerCamera&, std::span<const CornerFit>, const CornerGrid&);
-template int SurfaceTracker<float>::assign(PerCamera&, std::span<const CornerFit>, const CornerGrid&, const Placement&,
-                                           bool&, float&) const;
-template int SurfaceTracker<double>::assign(PerCamera&, std::span<const CornerFit>, const CornerGrid&, const Placement&,
-                                            bool&, double&) const;
+template int SurfaceTracker<float>::assign(PerCamera&, std::span<const CornerFit>, const CornerGrid&, const Placement&, bool&,
+                                           float&) const;
+template int SurfaceTracker<double>::assign(PerCamera&, std::span<const CornerFit>, const CornerGrid&, const Placement&, bool&,
+                                            double&) const;
 
 }  // namespace srd::dsp

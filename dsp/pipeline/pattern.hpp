@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The checkerboard on the bottom: its corners, which are neighbours, and which squares are dark.
 #pragma once
 

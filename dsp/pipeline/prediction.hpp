@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where a corner of the pattern should be seen through a given surface, and how its edges should run. Optics (8).
 #pragma once
 
@@ -8,17 +9,16 @@ namespace srd::dsp {
 
 template <class S>
 struct Prediction {
-  Vec2<S> normalised;     // undistorted; the start of the next prediction
-  Vec2<S> pixel;          // raw image, px
-  Mat2<S> pixel_per_mm;   // d pixel / d (X, Y) of the point: its columns are the edges' directions
-  Vec2<S> foot;           // where the sight line crosses the surface, from the point, mm
+  Vec2<S> normalised;    // undistorted; the start of the next prediction
+  Vec2<S> pixel;         // raw image, px
+  Mat2<S> pixel_per_mm;  // d pixel / d (X, Y) of the point: its columns are the edges' directions
+  Vec2<S> foot;          // where the sight line crosses the surface, from the point, mm
 };
 
 // start: normalised coordinates near the answer. Errors: as see_through.
 template <class S>
-[[nodiscard]] Result<Prediction<S>> predict(const View<S>& view, const SurfaceModel<S>& model,
-                                            const Coefficients<S>& a, const Media<S>& media, const Vec3<S>& point,
-                                            const Vec2<S>& start) {
+[[nodiscard]] Result<Prediction<S>> predict(const View<S>& view, const SurfaceModel<S>& model, const Coefficients<S>& a,
+                                            const Media<S>& media, const Vec3<S>& point, const Vec2<S>& start) {
   Trace<S> trace;
   Mat2<S> bottom_per_normalised;
   const Result<Vec2<S>> seen = see_through(view, model, a, media, point, start, trace, bottom_per_normalised);
@@ -68,12 +68,11 @@ template <class S>
   return side(found.n1) == side(found.n2);
 }
 
-extern template Result<Prediction<float>> predict(const View<float>&, const SurfaceModel<float>&,
-                                                  const Coefficients<float>&, const Media<float>&,
-                                                  const Vec3<float>&, const Vec2<float>&);
+extern template Result<Prediction<float>> predict(const View<float>&, const SurfaceModel<float>&, const Coefficients<float>&,
+                                                  const Media<float>&, const Vec3<float>&, const Vec2<float>&);
 extern template Result<Prediction<double>> predict(const View<double>&, const SurfaceModel<double>&,
-                                                   const Coefficients<double>&, const Media<double>&,
-                                                   const Vec3<double>&, const Vec2<double>&);
+                                                   const Coefficients<double>&, const Media<double>&, const Vec3<double>&,
+                                                   const Vec2<double>&);
 extern template CornerShape expected_shape(const Prediction<float>&, bool, std::int32_t);
 extern template CornerShape expected_shape(const Prediction<double>&, bool, std::int32_t);
 extern template bool is_bright(const Prediction<float>&, const CornerShape&);

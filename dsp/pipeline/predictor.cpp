@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dsp/pipeline/predictor.hpp"
 
 #include <algorithm>
@@ -42,8 +43,7 @@ void Predictor<S>::predict(const Coefficients<S>& a) {
     group.started = sight(optics_, wide, group.line, static_cast<Basis<T>*>(nullptr), true, seen);
     const std::size_t first = g * T::kSize, last = std::min(first + T::kSize, points_.size());
     for (std::size_t i = first; i < last; ++i)
-      valid_[i] =
-          group.started ? take(seen, group.line, static_cast<int>(i - first), predictions_[i]) : alone(a, i);
+      valid_[i] = group.started ? take(seen, group.line, static_cast<int>(i - first), predictions_[i]) : alone(a, i);
   }
 }
 

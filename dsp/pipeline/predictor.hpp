@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where one camera sees every point of the pattern through a given surface: several points at once, each from where it was
 // found last. Sized at construction; no heap afterwards. One thread per object.
 #pragma once
@@ -13,8 +14,7 @@ namespace srd::dsp {
 template <class S>
 class Predictor {
  public:
-  Predictor(const View<S>& view, const SurfaceModel<S>& model, const Media<S>& media,
-            std::span<const Vec3<S>> points);
+  Predictor(const View<S>& view, const SurfaceModel<S>& model, const Media<S>& media, std::span<const Vec3<S>> points);
 
   // All points through the surface a. Those that cannot be seen through it are marked.
   void predict(const Coefficients<S>& a);
@@ -32,8 +32,7 @@ class Predictor {
   // As if the light went straight on to the level of the constant mode.
   void start(const Coefficients<S>& a, SightLine<T>& line) const;
   // Pixels beyond the range of the front end's fixed point are nowhere near an image.
-  [[nodiscard]] static char take(const Sighting<T>& seen, const SightLine<T>& line, int lane,
-                                 Prediction<S>& out);
+  [[nodiscard]] static char take(const Sighting<T>& seen, const SightLine<T>& line, int lane, Prediction<S>& out);
   // Where one point of a group cannot be seen, the others still may.
   [[nodiscard]] char alone(const Coefficients<S>& a, std::size_t i);
 

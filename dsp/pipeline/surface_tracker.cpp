@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dsp/pipeline/surface_tracker.hpp"
 
 #include <algorithm>
@@ -22,12 +23,11 @@ Result<SurfaceTracker<S>> SurfaceTracker<S>::make(std::span<const CameraSetup<S>
                                                   const SurfaceModel<S>& model, const Media<S>& media,
                                                   const Coefficients<S>& guess, const EstimatorOptions& estimator,
                                                   const SurfaceTrackerOptions& options) {
-  if (cameras.empty() || cameras.size() > kMaxCameras || guess.size() != model.modes.size())
-    return Errc::kInvalidArgument;
+  if (cameras.empty() || cameras.size() > kMaxCameras || guess.size() != model.modes.size()) return Errc::kInvalidArgument;
   std::vector<Vec3<S>> points;
   for (const Vec3<double>& p : pattern.points()) points.push_back(p.cast<S>());
-  Result<SurfaceEstimator<S>> made = SurfaceEstimator<S>::make(model, media, points, estimator,
-                                                               pattern.size() * static_cast<int>(cameras.size()));
+  Result<SurfaceEstimator<S>> made =
+      SurfaceEstimator<S>::make(model, media, points, estimator, pattern.size() * static_cast<int>(cameras.size()));
   if (!made) return made.error();
   SurfaceTracker tracker(std::move(made).value(), pattern, guess);
   tracker.points_ = std::move(points);
@@ -145,19 +145,17 @@ void SurfaceTracker<S>::follow(PerCamera& camera, const GrayView& image) {
     if (!camera.predictions.valid(i)) continue;
     const Prediction<S>& p = camera.predictions[i];
     // The next corner of the pattern must stay outside, or identity is a guess.
-    const S step = static_cast<S>(pattern_.square()) *
-                   std::min(p.pixel_per_mm.col(0).norm(), p.pixel_per_mm.col(1).norm());
+    const S step = static_cast<S>(pattern_.square()) * std::min(p.pixel_per_mm.col(0).norm(), p.pixel_per_mm.col(1).norm());
     const int radius = std::min(options_.search_radius, static_cast<int>(S(0.4) * step));
     if (radius < 1) continue;
     if (i + 1 < points_.size() && camera.predictions.valid(i + 1)) {
       const Vec2<S>& next = camera.predictions[i + 1].pixel;
-      prefetch_window(image, static_cast<int>(next.x()), static_cast<int>(next.y()),
-                      radius + camera.track.response.radius);
+      prefetch_window(image, static_cast<int>(next.x()), static_cast<int>(next.y()), radius + camera.track.response.radius);
     }
     CornerFit fit;
     const Tracked tracked =
-        track_corner(image, camera.setup.region, expected_shape(p, bright(static_cast<int>(i)), camera.blur_q12[i]),
-                     radius, camera.track, fit);
+        track_corner(image, camera.setup.region, expected_shape(p, bright(static_cast<int>(i)), camera.blur_q12[i]), radius,
+                     camera.track, fit);
     if (tracked == Tracked::kOutside) continue;
     ++result_.expected;
     if (tracked != Tracked::kFound) continue;
@@ -201,17 +199,14 @@ template <class S>
 TrackStatus SurfaceTracker<S>::fit(std::span<const Coefficients<S>> starts, bool timed) {
   std::array<CameraObservations<S>, kMaxCameras> seen;
   const auto fit_once = [&]() {
-    for (std::size_t c = 0; c < cameras_.size(); ++c)
-      seen[c] = {&cameras_[c].setup.view, cameras_[c].observations};
+    for (std::size_t c = 0; c < cameras_.size(); ++c) seen[c] = {&cameras_[c].setup.view, cameras_[c].observations};
     result_.estimate = estimator_.estimate(std::span(seen).first(cameras_.size()), starts, timed);
     if (failed(result_.estimate.stop)) return TrackStatus::kSolverFailed;
-    if (options_.max_deviation_mm > 0 &&
-        !(result_.estimate.height_deviation <= static_cast<S>(options_.max_deviation_mm)))
+    if (options_.max_deviation_mm > 0 && !(result_.estimate.height_deviation <= static_cast<S>(options_.max_deviation_mm)))
       return TrackStatus::kTooFewCorners;
     // The best so far of corners that a prediction identified; estimate.stop says that it is no more.
     if (result_.estimate.stop == Stop::kDeadline) return TrackStatus::kOk;
-    return result_.estimate.reprojection_rms <= static_cast<S>(options_.max_rms_px) ? TrackStatus::kOk
-                                                                                   : TrackStatus::kPoorFit;
+    return result_.estimate.reprojection_rms <= static_cast<S>(options_.max_rms_px) ? TrackStatus::kOk : TrackStatus::kPoorFit;
   };
   if (count_found() < options_.min_corners) return TrackStatus::kTooFewCorners;
   TrackStatus status = fit_once();

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From images to a surface: finds the pattern, follows its corners by predicting them through the last surface, fits the
 // next one. One to kMaxCameras cameras that look at one pattern. Optics (11), (15)-(17).
 // Everything is sized at construction: process() does not allocate, throw, or read a clock. One thread per object.
@@ -18,17 +19,17 @@
 namespace srd::dsp {
 
 struct SurfaceTrackerOptions {
-  DetectorOptions detector;      // for full detection; its region holds for tracking too
-  int search_radius = 6;         // px round a prediction; never more than 0.4 of a square
-  int min_corners = 0;           // over all cameras; 0: what the model needs, and two more
-  double max_rms_px = 1.0;       // a fit worse than this is a wrong identity or a wrong model
+  DetectorOptions detector;       // for full detection; its region holds for tracking too
+  int search_radius = 6;          // px round a prediction; never more than 0.4 of a square
+  int min_corners = 0;            // over all cameras; 0: what the model needs, and two more
+  double max_rms_px = 1.0;        // a fit worse than this is a wrong identity or a wrong model
   double max_deviation_mm = 1.0;  // a surface less sure than this (Estimate::height_deviation) is none; 0: no limit
-  double outlier_factor = 5;     // corners beyond this times the frame's own scatter (median) are left out; 0: none
-  double sigma_floor_px = 0.01;  // added to a corner's own deviation: what the surface model leaves over
+  double outlier_factor = 5;      // corners beyond this times the frame's own scatter (median) are left out; 0: none
+  double sigma_floor_px = 0.01;   // added to a corner's own deviation: what the surface model leaves over
   // A frame whose squared residuals, in units of what corners say of themselves, are so many times those of the frames before
   // is inconsistent; 0: none is. What a print's own faults leave is in the frames before, too.
   double inconsistent_factor = 9;
-  bool weigh_corners = true;     // false: every corner counts alike, as in the published method
+  bool weigh_corners = true;  // false: every corner counts alike, as in the published method
   // Monotonic time, ns, read twice a fit: for FrameResult's times. May not throw or block; null: they stay 0.
   std::int64_t (*now_ns)() = nullptr;
 };
@@ -52,10 +53,10 @@ template <class S>
 struct FrameResult {
   TrackStatus status = TrackStatus::kNoPattern;
   TrackState state = TrackState::kSearching;  // after this frame
-  bool acquired = false;    // found by full detection in this frame
-  int expected = 0;         // corners predicted inside the images and regions
-  int found = 0;            // corners located
-  Estimate<S> estimate;     // valid with has_estimate(); estimate.corners_used were used
+  bool acquired = false;                      // found by full detection in this frame
+  int expected = 0;                           // corners predicted inside the images and regions
+  int found = 0;                              // corners located
+  Estimate<S> estimate;                       // valid with has_estimate(); estimate.corners_used were used
   // Time spent: prediction, detection and tracking of corners; fits of surfaces. 0 without
   // SurfaceTrackerOptions::now_ns.
   std::int64_t detection_ns = 0, estimation_ns = 0;
@@ -97,9 +98,9 @@ class SurfaceTracker {
  private:
   struct PerCamera {
     CameraSetup<S> setup;
-    Predictor<S> predictions;                // one a point
-    std::vector<std::int32_t> blur_q12;      // of each point, as last seen
-    TrackOptions track;                      // its sharpening: as the last full detection found it
+    Predictor<S> predictions;            // one a point
+    std::vector<std::int32_t> blur_q12;  // of each point, as last seen
+    TrackOptions track;                  // its sharpening: as the last full detection found it
     std::vector<Observation<S>> observations;
     std::unique_ptr<BoardFinder> finder;
   };
@@ -112,7 +113,7 @@ class SurfaceTracker {
   // What one placement of the detected grid on the pattern means. Fills camera.observations.
   struct Placement {
     int row_from_row, row_from_column, column_from_row, column_from_column;  // grid axes to pattern axes
-    int row, column;  // pattern cell of the grid's (0, 0)
+    int row, column;                                                         // pattern cell of the grid's (0, 0)
   };
   [[nodiscard]] int assign(PerCamera& camera, std::span<const CornerFit> corners, const CornerGrid& grid,
                            const Placement& placement, bool& bright_origin, S& displacement) const;
@@ -137,11 +138,11 @@ class SurfaceTracker {
   SurfaceTrackerOptions options_;
   std::vector<PerCamera> cameras_;
   std::vector<S> errors_, sorted_errors_;
-  bool bright_origin_ = false;     // the square towards +X +Y of W's origin is bright
+  bool bright_origin_ = false;  // the square towards +X +Y of W's origin is bright
   bool polarity_known_ = false;
   TrackState state_ = TrackState::kSearching;
-  int missed_ = 0;  // frames without a surface in a row
-  S usual_variance_ = 0;  // Estimate::variance_factor of the frames before; 0: none yet
+  int missed_ = 0;               // frames without a surface in a row
+  S usual_variance_ = 0;         // Estimate::variance_factor of the frames before; 0: none yet
   std::uint32_t processed_ = 0;  // frames
   FrameResult<S> result_;
 };

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "firmware/config/camera_factory.hpp"
 
 #include "drivers/camera/libcamera/libcamera_driver.hpp"
@@ -65,8 +66,8 @@ Outcome<std::optional<Scene>> scene_of(const NodeConfig& config) {
   if (config.camera->kind == "recording") {
     std::error_code error;
     if (!std::filesystem::is_directory(config.camera->argument, error))
-      return Problem{Exit::kInput, "no such folder", config.camera->argument, "a folder with a recording", "",
-                     "check the path"};
+      return Problem{Exit::kInput, "no such folder", config.camera->argument, "a folder with a recording",
+                     "",           "check the path"};
   }
   if (config.camera->kind != "simulator") return std::optional<Scene>();
   Scene scene = default_scene();
@@ -90,7 +91,9 @@ Outcome<std::unique_ptr<Camera>> make_camera(const NodeConfig& config, const std
   }
   const int width = config.live.width.value_or(place.width), height = config.live.height.value_or(place.height);
   if (width != place.width || height != place.height)
-    return Problem{Exit::kUsage, "camera.width_px and camera.height_px are not the calibration's", config.file.string(),
+    return Problem{Exit::kUsage,
+                   "camera.width_px and camera.height_px are not the calibration's",
+                   config.file.string(),
                    std::to_string(place.width) + " x " + std::to_string(place.height),
                    std::to_string(width) + " x " + std::to_string(height),
                    "leave them out, or calibrate the camera in this size"};
@@ -101,7 +104,9 @@ Outcome<std::unique_ptr<Camera>> make_camera(const NodeConfig& config, const std
 std::string list_cameras() {
   const std::string without = libcamera_is_built() ? "" : " (not in this build)";
   return "kinds of camera, for --camera and camera.source:\n"
-         "  libcamera[:ID]      cameras of the board" + without + "\n"
+         "  libcamera[:ID]      cameras of the board" +
+         without +
+         "\n"
          "  v4l2:/dev/videoN    capture devices of the kernel\n"
          "  recording:FOLDER    images of a recording\n"
          "  simulator[:SEED]    a rendered flume\n\n" +

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The one place that makes a camera from a configuration.
 #pragma once
 
@@ -17,7 +18,7 @@ namespace srd::firmware {
 
 // What a camera has to fit.
 struct CameraPlace {
-  int width = 0, height = 0;   // px, of the calibration
+  int width = 0, height = 0;                                // px, of the calibration
   std::int32_t centre_row = FrameTiming::kWholeHeight / 2;  // through the pattern's centre, see FrameTiming::row_fraction
 };
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "firmware/config/camera_section.hpp"
 
 #include "drivers/camera/frame_pool.hpp"
@@ -43,9 +44,7 @@ void read_live(TomlTable& camera, LiveCamera& live) {
 
 }  // namespace
 
-std::string CameraSource::kinds() {
-  return "libcamera[:ID], v4l2:/dev/videoN, recording:FOLDER or simulator[:SEED]";
-}
+std::string CameraSource::kinds() { return "libcamera[:ID], v4l2:/dev/videoN, recording:FOLDER or simulator[:SEED]"; }
 
 Outcome<CameraSource> CameraSource::parse(const std::string& text) {
   CameraSource source;
@@ -63,7 +62,8 @@ Outcome<CameraSource> CameraSource::parse(const std::string& text) {
   } else if (source.kind == "v4l2") {
     if (!source.argument.starts_with("/")) return wrong("v4l2:/dev/videoN (a path that stays the same: /dev/v4l/by-id/..)");
   } else if (source.kind == "libcamera") {
-    if (colon != std::string::npos && source.argument.empty()) return wrong("libcamera, or libcamera:ID with a name of --list-cameras");
+    if (colon != std::string::npos && source.argument.empty())
+      return wrong("libcamera, or libcamera:ID with a name of --list-cameras");
   } else {
     return wrong(kinds());
   }
@@ -82,7 +82,9 @@ void read_camera(TomlTable camera, const std::filesystem::path& folder, NodeConf
   if (auto scene = camera.text("scene")) config.scene = folder / *scene;
   read_live(camera, config.live);
   if (const double period_us = 1e6 / config.frame_rate_hz; static_cast<double>(config.live.exposure_us.value_or(0)) > period_us)
-    camera.complain("exposure_us", "at most the time between two frames, " + number_text(period_us) + " us at " + number_text(config.frame_rate_hz) + " Hz",
+    camera.complain("exposure_us",
+                    "at most the time between two frames, " + number_text(period_us) + " us at " +
+                        number_text(config.frame_rate_hz) + " Hz",
                     std::to_string(*config.live.exposure_us), "a shorter exposure, or a lower camera.frame_rate_hz");
 }
 

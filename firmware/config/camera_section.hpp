@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // [camera] of the configuration: where frames come from, and how a live camera is set. Keys: board/README.md.
 #pragma once
 
@@ -31,18 +32,18 @@ struct CameraSource {
 
 // What is asked of a live camera; recordings and the simulator bring their own.
 struct LiveCamera {
-  bool rate_required = false;    // the file names a rate: a camera that cannot do it is refused
-  std::string format = "auto";   // V4L2
-  std::optional<int> width, height;  // px; none: the calibration's
+  bool rate_required = false;               // the file names a rate: a camera that cannot do it is refused
+  std::string format = "auto";              // V4L2
+  std::optional<int> width, height;         // px; none: the calibration's
   std::optional<std::int64_t> exposure_us;  // none: left as the camera has it
-  std::optional<double> gain;    // libcamera: analogue factor; V4L2: the device's units
-  std::optional<double> sharpness;  // none: the least that the camera has
-  std::optional<double> focus;   // libcamera: 1/m; V4L2: the device's units; none: the lens stays where it is
+  std::optional<double> gain;               // libcamera: analogue factor; V4L2: the device's units
+  std::optional<double> sharpness;          // none: the least that the camera has
+  std::optional<double> focus;              // libcamera: 1/m; V4L2: the device's units; none: the lens stays where it is
   int buffers = 4;
   Shutter shutter = Shutter::kGlobal;
-  std::int64_t readout_us = 0;   // first row to last row
+  std::int64_t readout_us = 0;     // first row to last row
   std::optional<StampMark> stamp;  // none: what the driver says
-  bool trigger_input = false;    // the sensor exposes when its trigger line is pulsed
+  bool trigger_input = false;      // the sensor exposes when its trigger line is pulsed
 };
 
 // Fills camera, pace, frame_rate_hz, scene and live of config; complaints go to the table.

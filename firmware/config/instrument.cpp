@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "firmware/config/instrument.hpp"
 
 #include <cmath>
@@ -29,14 +30,15 @@ struct Rig {
 Outcome<std::filesystem::path> resolve(const NodeConfig& config, const std::string& path, const char* key) {
   if (!path.starts_with(kRecordingPrefix)) return config.file.parent_path() / path;
   if (config.camera->kind != "recording")
-    return Problem{Exit::kUsage, std::string("geometry.") + key + " is relative to a recording", config_where(config),
-                   "a camera of kind recording", config.camera->kind, "give a path relative to this file"};
+    return Problem{Exit::kUsage,         std::string("geometry.") + key + " is relative to a recording",
+                   config_where(config), "a camera of kind recording",
+                   config.camera->kind,  "give a path relative to this file"};
   return std::filesystem::path(config.camera->argument) / path.substr(kRecordingPrefix.size());
 }
 
 // A file that the configuration names, else the recording's own of the usual name when it is there.
-Outcome<std::optional<std::filesystem::path>> find_file(const NodeConfig& config, const std::string& path,
-                                                        const char* key, const char* usual) {
+Outcome<std::optional<std::filesystem::path>> find_file(const NodeConfig& config, const std::string& path, const char* key,
+                                                        const char* usual) {
   if (!path.empty()) {
     auto resolved = resolve(config, path, key);
     if (!resolved) return resolved.error();
@@ -52,11 +54,18 @@ Outcome<std::optional<std::filesystem::path>> find_file(const NodeConfig& config
 
 Problem missing(const NodeConfig& config, const char* key, const char* usual) {
   if (config.camera->live())
-    return {Exit::kUsage, std::string("no ") + key, config_where(config),
-            std::string("geometry.") + key + (key == std::string_view("points") ? ", or a [pattern] grid" : ""), "none",
+    return {Exit::kUsage,
+            std::string("no ") + key,
+            config_where(config),
+            std::string("geometry.") + key + (key == std::string_view("points") ? ", or a [pattern] grid" : ""),
+            "none",
             "a live camera has no folder to find it in"};
-  return {Exit::kUsage, std::string("no ") + key, config_where(config),
-          std::string("geometry.") + key + ", or " + usual + " in the recording's folder", "neither", ""};
+  return {Exit::kUsage,
+          std::string("no ") + key,
+          config_where(config),
+          std::string("geometry.") + key + ", or " + usual + " in the recording's folder",
+          "neither",
+          ""};
 }
 
 Points grid_points(const PatternGrid& grid) {
@@ -139,7 +148,8 @@ Outcome<Water> water_of(const NodeConfig& config, const std::optional<Scene>& sc
     water.index_from = "the configuration";
   }
   if (config.plates) {
-    if (known && !same_plates(*config.plates, plates_of(*known))) note(plates_text(*config.plates), plates_text(plates_of(*known)));
+    if (known && !same_plates(*config.plates, plates_of(*known)))
+      note(plates_text(*config.plates), plates_text(plates_of(*known)));
     set_plates(water.media, *config.plates);
     water.plates_from = "the configuration";
   }
@@ -156,14 +166,19 @@ Outcome<dsp::SurfaceModel<double>> model_of(const NodeConfig& config, const std:
                                         config.x0_mm.value_or(known.x0), config.y0_mm.value_or(known.y0)};
   for (const auto& [length, key] : {std::pair{model.lx, "lx_mm"}, std::pair{model.ly, "ly_mm"}})
     if (!(length > 0))
-      return Problem{Exit::kUsage, std::string("key 'surface.") + key + "' is missing", config_where(config),
-                     "the length scale of the modes, mm", "", ""};
+      return Problem{Exit::kUsage,
+                     std::string("key 'surface.") + key + "' is missing",
+                     config_where(config),
+                     "the length scale of the modes, mm",
+                     "",
+                     ""};
   return model;
 }
 
 std::string water_text(const Water& water) {
-  return "water     index " + number_text(std::round(water.media.water * 1e6) / 1e6) + " (" + water.index_from + "), " + plates_text(plates_of(water.media)) +
-         (water.plates_from.empty() ? "" : " (" + water.plates_from + ")") + "\n" + water.notes;
+  return "water     index " + number_text(std::round(water.media.water * 1e6) / 1e6) + " (" + water.index_from + "), " +
+         plates_text(plates_of(water.media)) + (water.plates_from.empty() ? "" : " (" + water.plates_from + ")") + "\n" +
+         water.notes;
 }
 
 }  // namespace
@@ -197,9 +212,12 @@ Outcome<Instrument> make_instrument(const NodeConfig& config, FrameDeadline::Clo
 
   const auto pattern = dsp::Pattern::make(*rig.points, config.first_square);
   if (!pattern || pattern->rows() < 2 || pattern->columns() < 2)
-    return Problem{Exit::kInput, "the points are no checkerboard", config_where(config),
+    return Problem{Exit::kInput,
+                   "the points are no checkerboard",
+                   config_where(config),
                    "corners on a square grid along X and Y, to 5 % of a square, not all in one line",
-                   pattern ? "points in one line" : "other points", "check the file of points"};
+                   pattern ? "points in one line" : "other points",
+                   "check the file of points"};
   const dsp::Media<float> media = water->media.cast<float>();
   dsp::Coefficients<float> guess(config.modes.size());
   for (int i = 0; i < config.modes.size(); ++i) guess[i] = static_cast<float>(config.guess[static_cast<std::size_t>(i)]);
@@ -209,14 +227,22 @@ Outcome<Instrument> make_instrument(const NodeConfig& config, FrameDeadline::Clo
   setup.height = rig.calibration->image_height;
   setup.region = config.region;
   if (setup.width <= 0 || setup.height <= 0)
-    return Problem{Exit::kInput, "the calibration does not say the image's size", config_where(config),
-                   "image_width and image_height", "none", "add them to the calibration file"};
+    return Problem{Exit::kInput,
+                   "the calibration does not say the image's size",
+                   config_where(config),
+                   "image_width and image_height",
+                   "none",
+                   "add them to the calibration file"};
   if (setup.region.u1 > setup.width || setup.region.v1 > setup.height)
-    return Problem{Exit::kUsage, "key 'detector.region_px'", config_where(config),
+    return Problem{Exit::kUsage,
+                   "key 'detector.region_px'",
+                   config_where(config),
                    "a region inside the image of " + std::to_string(setup.width) + " x " + std::to_string(setup.height),
-                   std::to_string(setup.region.u1) + ", " + std::to_string(setup.region.v1), ""};
-  auto camera = make_camera(config, instrument.scene,
-                            {setup.width, setup.height, row_of({rig.calibration->camera, *rig.pose}, pattern->centre(), setup.height)});
+                   std::to_string(setup.region.u1) + ", " + std::to_string(setup.region.v1),
+                   ""};
+  auto camera =
+      make_camera(config, instrument.scene,
+                  {setup.width, setup.height, row_of({rig.calibration->camera, *rig.pose}, pattern->centre(), setup.height)});
   if (!camera) return camera.error();
   instrument.camera = std::move(camera).value();
   dsp::EstimatorOptions estimator = config.estimator;
@@ -228,11 +254,14 @@ Outcome<Instrument> make_instrument(const NodeConfig& config, FrameDeadline::Clo
   }
   dsp::SurfaceTrackerOptions options = config.tracker;
   options.now_ns = [] { return clock_ns(CLOCK_MONOTONIC); };
-  auto tracker = dsp::SurfaceTracker<float>::make(std::span(&setup, 1), *pattern, model, media, guess,
-                                                  estimator, options);
+  auto tracker = dsp::SurfaceTracker<float>::make(std::span(&setup, 1), *pattern, model, media, guess, estimator, options);
   if (!tracker)
-    return Problem{Exit::kUsage, "the surface cannot be fitted with these settings", config_where(config),
-                   "bounds and scales that fit the modes", to_string(tracker.error()), ""};
+    return Problem{Exit::kUsage,
+                   "the surface cannot be fitted with these settings",
+                   config_where(config),
+                   "bounds and scales that fit the modes",
+                   to_string(tracker.error()),
+                   ""};
   instrument.tracker = std::make_unique<dsp::SurfaceTracker<float>>(std::move(tracker).value());
   instrument.rig = {*rig.calibration, *rig.pose, *rig.points, {water->media, *wanted}};
   instrument.refractive_index = water->media.water;
@@ -241,15 +270,13 @@ Outcome<Instrument> make_instrument(const NodeConfig& config, FrameDeadline::Clo
 
   std::ostringstream text;
   text << "node      " << config.node_id << (config.host.empty() ? ", sends nothing" : ", sends to " + config.host) << "\n"
-       << "camera    " << config.camera->text() << ", " << setup.width << " x "
-       << setup.height << "\n"
+       << "camera    " << config.camera->text() << ", " << setup.width << " x " << setup.height << "\n"
        << "pattern   " << pattern->size() << " corners, squares of " << pattern->square() << " mm\n"
-       << water_text(*water)
-       << "surface   " << config.modes.size() << " modes:";
+       << water_text(*water) << "surface   " << config.modes.size() << " modes:";
   for (const dsp::Mode& mode : config.modes) text << " " << mode.name().data();
   text << ", Lx " << wanted->lx << " mm, Ly " << wanted->ly << " mm\n"
-       << check_view(config, {rig.calibration->camera, *rig.pose}, *wanted, media.cast<double>(),
-                     pattern->points(), setup.width, setup.height);
+       << check_view(config, {rig.calibration->camera, *rig.pose}, *wanted, media.cast<double>(), pattern->points(),
+                     setup.width, setup.height);
   const bool live = instrument.camera->live();
   if (auto possible = check_strobe(config.strobe, live, config_where(config)); !possible) return possible.error();
   instrument.summary = text.str() + summary_of(config.strobe, live);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "firmware/config/node_config.hpp"
 
 #include <cmath>
@@ -23,8 +24,8 @@ void read_node(TomlTable node, const std::filesystem::path& folder, NodeConfig& 
     if (!proto::NodeId::make(*id))
       node.complain("id", "1 to 31 letters, digits, '-', '_' and '.'", "\"" + *id + "\"");
     else if (proto::reads_as_value(*id))
-      node.complain("id", "a name that no program reads as a number, a date, a truth value or a missing one",
-                    "\"" + *id + "\"", "a word before it: \"flume-" + *id + "\"");
+      node.complain("id", "a name that no program reads as a number, a date, a truth value or a missing one", "\"" + *id + "\"",
+                    "a word before it: \"flume-" + *id + "\"");
     else
       config.node_id = *id;
   }
@@ -44,8 +45,8 @@ void read_pattern(TomlTable pattern, NodeConfig& config) {
     config.first_square = *first == "dark"     ? dsp::FirstSquare::kDark
                           : *first == "bright" ? dsp::FirstSquare::kBright
                                                : dsp::FirstSquare::kUnknown;
-  const bool any = pattern.has("rows") || pattern.has("columns") || pattern.has("square_mm") ||
-                   pattern.has("x0_mm") || pattern.has("y0_mm");
+  const bool any =
+      pattern.has("rows") || pattern.has("columns") || pattern.has("square_mm") || pattern.has("x0_mm") || pattern.has("y0_mm");
   PatternGrid grid;
   set(grid.rows, pattern.integer("rows", {2, 1000, "corners along X"}));
   set(grid.columns, pattern.integer("columns", {2, 1000, "corners along Y"}));
@@ -112,8 +113,7 @@ void read_surface(TomlTable surface, NodeConfig& config) {
   const NumberRange height{-kLargest, kLargest, "mm"};
   if (auto guess = surface.numbers("guess_mm", 0, height)) {
     if (n > 0 && (guess->empty() || guess->size() > n))  // wrong modes were complained of
-      surface.complain("guess_mm", "1 to " + std::to_string(n) + " numbers, one a mode",
-                       std::to_string(guess->size()));
+      surface.complain("guess_mm", "1 to " + std::to_string(n) + " numbers, one a mode", std::to_string(guess->size()));
     else
       config.guess = *guess;
   } else if (!surface.has("guess_mm")) {
@@ -141,8 +141,7 @@ void read_detector(TomlTable detector, NodeConfig& config) {
   if (auto region = detector.numbers("region_px", 4, {0, 65535, "px"})) {
     const auto px = [&](std::size_t i) { return static_cast<int>((*region)[i]); };
     config.region = {px(0), px(1), px(2), px(3)};
-    if (config.region.empty())
-      detector.complain("region_px", "[u0, v0, u1, v1] with u0 < u1 and v0 < v1", "an empty region");
+    if (config.region.empty()) detector.complain("region_px", "[u0, v0, u1, v1] with u0 < u1 and v0 < v1", "an empty region");
   }
 }
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The configuration of one node: a commented TOML file, checked as a whole before anything starts.
 // board/ holds one profile a board; board/README.md lists every key.
 #pragma once
@@ -7,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "drivers/recording/recorded_optics.hpp"
 #include "drivers/camera/camera.hpp"
+#include "drivers/recording/recorded_optics.hpp"
 #include "drivers/support/problem.hpp"
 #include "dsp/pipeline/surface_tracker.hpp"
 #include "firmware/config/camera_section.hpp"
@@ -34,12 +35,12 @@ struct NodeConfig {
   std::string node_id = "node-1";  // at most 31 characters
   std::string host;                // ADDR:PORT; empty: nothing is sent
   std::size_t ring_frames = 10000;
-  std::filesystem::path state;     // folder for how the last run ended; empty: what the service manager gives
+  std::filesystem::path state;  // folder for how the last run ended; empty: what the service manager gives
 
   std::optional<CameraSource> camera;
   Pace pace = Pace::kCamera;
-  double frame_rate_hz = 50;       // of a live camera, and of a recording without frames.csv
-  std::optional<double> recording_rate_hz;  // the times of a recording follow from its sequence, at this rate
+  double frame_rate_hz = 50;                   // of a live camera, and of a recording without frames.csv
+  std::optional<double> recording_rate_hz;     // the times of a recording follow from its sequence, at this rate
   std::optional<std::filesystem::path> scene;  // of the simulator; none: the built-in flume
   LiveCamera live;
 
@@ -58,7 +59,7 @@ struct NodeConfig {
   dsp::ModeList modes;
   // Empty: the simulator's own, or what is in the recording; else there must be lengths, and the origin is 0.
   std::optional<double> lx_mm, ly_mm, x0_mm, y0_mm;
-  std::vector<double> guess;           // one a mode
+  std::vector<double> guess;  // one a mode
   dsp::EstimatorOptions estimator;
   std::optional<std::int64_t> deadline_us;  // of a frame's processing; empty: none
   dsp::SurfaceTrackerOptions tracker;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "firmware/config/realtime_section.hpp"
 
 #include <cmath>

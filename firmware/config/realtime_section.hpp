@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // [realtime]: how the node's threads are kept from waiting for the kernel.
 #pragma once
 

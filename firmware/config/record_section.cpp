@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "firmware/config/record_section.hpp"
 
 namespace srd::firmware {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // [record]: the camera's frames kept on disk while the node measures.
 #pragma once
 

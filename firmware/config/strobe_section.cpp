@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "firmware/config/strobe_section.hpp"
 
 #include <cmath>
@@ -31,10 +32,10 @@ void check_exposure(TomlTable& table, const StrobeSection& strobe, const Strobed
   const bool triggered = strobe.mode == StrobeMode::kTrigger;
   const std::int64_t busy = exposure + (triggered ? camera.readout_us : 0);
   if (static_cast<double>(busy) > period_us)
-    table.complain("mode",
-                   std::string(triggered ? "an exposure and readout" : "an exposure") + " of at most the frame's period, " +
-                       us(period_us),
-                   us(busy), "lower camera.exposure_us or camera.frame_rate_hz");
+    table.complain(
+        "mode",
+        std::string(triggered ? "an exposure and readout" : "an exposure") + " of at most the frame's period, " + us(period_us),
+        us(busy), "lower camera.exposure_us or camera.frame_rate_hz");
   if (strobe.line.empty()) return;
   const std::int64_t needed = readout + strobe.pulse_us + strobe.jitter_us;
   if (exposure < needed)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // [strobe] of the configuration: which line, which light, how much of it. Keys: board/README.md.
 #pragma once
 

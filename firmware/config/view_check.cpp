@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "firmware/config/view_check.hpp"
 
 #include <vector>
@@ -8,8 +9,7 @@
 namespace srd::firmware {
 
 std::string check_view(const NodeConfig& config, const dsp::View<double>& view, const dsp::SurfaceModel<double>& model,
-                       const dsp::Media<double>& media, std::span<const dsp::Vec3<double>> points, int width,
-                       int height) {
+                       const dsp::Media<double>& media, std::span<const dsp::Vec3<double>> points, int width, int height) {
   dsp::Coefficients<double> guess(model.modes.size());
   for (int i = 0; i < model.modes.size(); ++i) guess[i] = config.guess[static_cast<std::size_t>(i)];
   const Region seen = config.region.empty() ? Region{0, 0, width, height} : config.region;
@@ -25,8 +25,7 @@ std::string check_view(const NodeConfig& config, const dsp::View<double>& view, 
     corner.point = static_cast<int>(i);
     corner.pixel = view.camera.pixel(*xy);
     corner.normalised = *xy;
-    if (corner.pixel.x() < seen.u0 || corner.pixel.x() > seen.u1 || corner.pixel.y() < seen.v0 ||
-        corner.pixel.y() > seen.v1)
+    if (corner.pixel.x() < seen.u0 || corner.pixel.x() > seen.u1 || corner.pixel.y() < seen.v0 || corner.pixel.y() > seen.v1)
       continue;
     corners.push_back(corner);
   }
@@ -38,8 +37,7 @@ std::string check_view(const NodeConfig& config, const dsp::View<double>& view, 
   options.metric = config.estimator.metric;
   options.lower = config.estimator.lower;
   options.upper = config.estimator.upper;
-  auto estimator =
-      dsp::SurfaceEstimator<double>::make(model, media, points, options, static_cast<int>(points.size()));
+  auto estimator = dsp::SurfaceEstimator<double>::make(model, media, points, options, static_cast<int>(points.size()));
   if (!estimator || corners.empty()) return text;
   const dsp::CameraObservations<double> camera{&view, corners};
   const auto found = estimator->estimate(std::span(&camera, 1), std::span(&guess, 1));

@@ -1,11 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a camera at its place can tell of the surface, before it has taken a picture.
 #pragma once
 
 #include <span>
 #include <string>
 
-#include "dsp/estimate/estimator.hpp"
 #include "drivers/recording/rig.hpp"
+#include "dsp/estimate/estimator.hpp"
 #include "firmware/config/node_config.hpp"
 
 namespace srd::firmware {

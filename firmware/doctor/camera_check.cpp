@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <cstdio>
 
@@ -12,12 +13,13 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::uint64_t kFrames = 100;
-constexpr int kSearched = 10;          // frames in which the pattern is looked for
+constexpr int kSearched = 10;                               // frames in which the pattern is looked for
 constexpr auto kPatience = std::chrono::milliseconds(100);  // between looks at whether to stop
-constexpr int kStep = 4;               // every fourth pixel is enough to judge the light
+constexpr int kStep = 4;                                    // every fourth pixel is enough to judge the light
 constexpr double kDark = 30, kBright = 225, kMostSaturated = 0.01;
 constexpr double kRateTolerance = 0.02;
-constexpr const char* kFramesAdvice = "the cable, the trigger if the sensor waits for one, and another program that has the camera";
+constexpr const char* kFramesAdvice =
+    "the cable, the trigger if the sensor waits for one, and another program that has the camera";
 constexpr const char* kStrobeAdvice =
     "a rate that the camera keeps (camera.frame_rate_hz), camera.stamp, real-time priority (below), a longer strobe.jitter_us";
 
@@ -50,7 +52,8 @@ struct Seen {
   // Of the frames' own times; 0: not known.
   [[nodiscard]] double rate_hz() const {
     const std::uint64_t steps = next_sequence - first_sequence;
-    return steps < 2 || last_ns <= first_ns ? 0 : static_cast<double>(steps - 1) * 1e9 / static_cast<double>(last_ns - first_ns);
+    return steps < 2 || last_ns <= first_ns ? 0
+                                            : static_cast<double>(steps - 1) * 1e9 / static_cast<double>(last_ns - first_ns);
   }
 };
 
@@ -76,9 +79,9 @@ Seen watch(LitFrames& frames, std::chrono::milliseconds time, const DoctorOption
 
 void judge_frames(const Seen& seen, bool live, double wanted_hz, Diagnosis& diagnosis) {
   const double rate = seen.rate_hz();
-  const std::string found = formatted("%llu frames, %.2f frames/s, %llu missing, %llu unusable",
-                                   static_cast<unsigned long long>(seen.frames), rate,
-                                   static_cast<unsigned long long>(seen.gaps), static_cast<unsigned long long>(seen.bad));
+  const std::string found =
+      formatted("%llu frames, %.2f frames/s, %llu missing, %llu unusable", static_cast<unsigned long long>(seen.frames), rate,
+                static_cast<unsigned long long>(seen.gaps), static_cast<unsigned long long>(seen.bad));
   if (seen.frames == 0) {
     diagnosis.fail(Exit::kDevice, "frames", seen.away > 0 ? "none: the camera is away" : found,
                    live ? kFramesAdvice : "the images of the recording");
@@ -101,7 +104,8 @@ void judge_stamps(const CameraCounters& faults, Diagnosis& diagnosis) {
 
 void judge_image(const std::vector<std::string>& concerns, Diagnosis& diagnosis) {
   for (const std::string& concern : concerns)
-    diagnosis.warn("image", concern, "turn that control by hand (v4l2-ctl, the camera's own menu), or a camera without it: "
+    diagnosis.warn("image", concern,
+                   "turn that control by hand (v4l2-ctl, the camera's own menu), or a camera without it: "
                    "what changes edges or the lens moves the corners");
 }
 
@@ -125,7 +129,8 @@ const char* advice_for(dsp::TrackStatus status) {
   switch (status) {
     case dsp::TrackStatus::kAmbiguous: return "a better surface.guess_mm, or pattern.first_square";
     case dsp::TrackStatus::kPoorFit: return "geometry.pose and the index of water; surface.guess_mm";
-    case dsp::TrackStatus::kInconsistent: return "nothing that moves over the pattern, no glare, an exposure that freezes the waves";
+    case dsp::TrackStatus::kInconsistent:
+      return "nothing that moves over the pattern, no glare, an exposure that freezes the waves";
     case dsp::TrackStatus::kInterlaced: return "a progressive mode of the camera: it delivers interlaced pictures";
     case dsp::TrackStatus::kSolverFailed: return "fewer surface.parameters, or more corners in the image";
     case dsp::TrackStatus::kTooFewCorners: return "more of the pattern in the image, less glare";
@@ -161,7 +166,7 @@ void find_pattern(Instrument& instrument, LitFrames& frames, const DoctorOptions
     status = result.status;
     if (!result.has_surface()) continue;
     diagnosis.ok("pattern", formatted("%d of %d corners, %.3f px rms", result.estimate.corners_used, corners,
-                                   static_cast<double>(result.estimate.reprojection_rms)));
+                                      static_cast<double>(result.estimate.reprojection_rms)));
     return;
   }
   if (options.stopping()) return;
@@ -187,7 +192,8 @@ void check_camera(const NodeConfig& config, Instrument& instrument, const OpenLi
   if (fits)
     diagnosis.ok("camera", config.camera->text() + ", " + size);
   else
-    diagnosis.fail(Exit::kInput, "camera", size + ", and the calibration is of " + formatted("%d x %d", instrument.width, instrument.height),
+    diagnosis.fail(Exit::kInput, "camera",
+                   size + ", and the calibration is of " + formatted("%d x %d", instrument.width, instrument.height),
                    "the calibration of this camera and mode");
   judge_image(camera.image_concerns(), diagnosis);
   {
@@ -214,7 +220,8 @@ void check_camera(const NodeConfig& config, const DoctorOptions& options, Diagno
     diagnosis.fail("camera", instrument.error());
     return;
   }
-  check_camera(config, *instrument, [&](const Camera& camera) { return open_strobe(config, camera); }, options, diagnosis);
+  check_camera(
+      config, *instrument, [&](const Camera& camera) { return open_strobe(config, camera); }, options, diagnosis);
 }
 
 }  // namespace srd::firmware

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -32,7 +33,8 @@ double write_rate(const std::filesystem::path& folder, std::uint64_t bytes) {
   const std::vector<char> block(1 << 20, 'd');
   const auto begin = Clock::now();
   for (std::uint64_t done = 0; done < bytes; done += block.size())
-    if (::write(file.get(), block.data(), block.size()) != static_cast<ssize_t>(block.size())) return -(errno != 0 ? errno : ENOSPC);
+    if (::write(file.get(), block.data(), block.size()) != static_cast<ssize_t>(block.size()))
+      return -(errno != 0 ? errno : ENOSPC);
   if (::fdatasync(file.get()) != 0) return -errno;
   return static_cast<double>(bytes) / 1e6 / std::chrono::duration<double>(Clock::now() - begin).count();
 }
@@ -55,7 +57,8 @@ void check_disk(const NodeConfig& config, const DoctorOptions& options, Diagnosi
   std::error_code error;
   const std::uint64_t free_mib = std::filesystem::space(folder, error).available >> 20;
   if (error || free_mib < config.record.min_free_mib) {
-    diagnosis.fail(Exit::kInput, "disk", folder.string() + ": " + (error ? error.message() : std::to_string(free_mib) + " MiB free"),
+    diagnosis.fail(Exit::kInput, "disk",
+                   folder.string() + ": " + (error ? error.message() : std::to_string(free_mib) + " MiB free"),
                    "room for more than record.min_free_mib, " + std::to_string(config.record.min_free_mib) + " MiB");
     return;
   }

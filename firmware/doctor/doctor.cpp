@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "firmware/doctor/doctor.hpp"
 
 #include <functional>
@@ -31,12 +32,18 @@ void examine(const Outcome<NodeConfig>* config, const DoctorOptions& options, Di
   }
   const NodeConfig& settings = usable ? **config : defaults;
   const std::function<void()> parts[] = {
-      [&] { if (usable) check_camera(settings, options, diagnosis); },
+      [&] {
+        if (usable) check_camera(settings, options, diagnosis);
+      },
       [&] { check_gpio(strobe_lines(settings), options, diagnosis); },
       [&] { check_clock(settings, options, diagnosis); },
       [&] { check_permissions(settings, diagnosis); },
-      [&] { if (usable) check_network(settings, options, diagnosis); },
-      [&] { if (usable) check_disk(settings, options, diagnosis); },
+      [&] {
+        if (usable) check_network(settings, options, diagnosis);
+      },
+      [&] {
+        if (usable) check_disk(settings, options, diagnosis);
+      },
       [&] { check_board(options, diagnosis); },
   };
   for (const auto& part : parts)

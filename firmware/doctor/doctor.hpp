@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // srd-node --doctor: looks at everything that a measurement needs, says what it found and what to do, and goes on to the
 // end whatever fails, unless it is told to stop.
 #pragma once
@@ -18,12 +19,12 @@
 namespace srd::firmware {
 
 struct DoctorOptions {
-  std::filesystem::path root = "/";  // where /sys and /dev are; another folder in tests
-  std::chrono::milliseconds wake_ups{1000};        // how long the clock is watched
-  std::chrono::milliseconds camera_time{3000};     // for the camera's frames
-  std::chrono::milliseconds answer_time{2000};     // for the host's answer
+  std::filesystem::path root = "/";                     // where /sys and /dev are; another folder in tests
+  std::chrono::milliseconds wake_ups{1000};             // how long the clock is watched
+  std::chrono::milliseconds camera_time{3000};          // for the camera's frames
+  std::chrono::milliseconds answer_time{2000};          // for the host's answer
   std::uint64_t write_bytes = std::uint64_t{32} << 20;  // to the disk
-  const std::atomic<bool>* stop = nullptr;         // set: no more frames, no further part; null: never
+  const std::atomic<bool>* stop = nullptr;              // set: no more frames, no further part; null: never
 
   [[nodiscard]] bool stopping() const { return stop != nullptr && stop->load(std::memory_order_relaxed); }
 };

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a check of the doctor came to, and what to do about it.
 #pragma once
 
@@ -14,9 +15,9 @@ enum class Verdict : std::uint8_t { kOk, kWarn, kFail };
 
 struct Finding {
   Verdict verdict = Verdict::kOk;
-  std::string subject;   // "camera"
-  std::string found;     // one line
-  std::string advice{};  // what to do, not with kOk
+  std::string subject;        // "camera"
+  std::string found;          // one line
+  std::string advice{};       // what to do, not with kOk
   Exit exit = Exit::kDevice;  // of the program, with kFail
 
   // "WARN  clock      does not follow a reference" and a line "                 try: ..".

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A camera's frames in the light of a measurement.
 #pragma once
 

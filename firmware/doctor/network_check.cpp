@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <array>
 #include <optional>
 #include <random>
@@ -14,9 +15,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr auto kRepeat = std::chrono::milliseconds(200);
 
-std::int64_t now_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now().time_since_epoch()).count();
-}
+std::int64_t now_ns() { return std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now().time_since_epoch()).count(); }
 
 // Time until the host's answer to a status of a node that says goodbye at once; nothing: none came.
 std::optional<double> answer_ms(UdpSocket& socket, const std::string& node, std::chrono::milliseconds patience) {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Clock, permissions, GPIO and the board itself.
 #include <fcntl.h>
 #include <grp.h>
@@ -24,7 +25,7 @@ namespace srd::firmware {
 namespace {
 
 constexpr std::int64_t kWakeEvery_ns = 1'000'000;
-constexpr double kMostLateness_us = 200;  // what a strobe pulse may be late by default
+constexpr double kMostLateness_us = 200;            // what a strobe pulse may be late by default
 constexpr rlim_t kLeastLocked = rlim_t{256} << 20;  // all that is reserved counts, used or not
 constexpr float kHot_c = 80;
 
@@ -64,7 +65,8 @@ void check_gpio(std::span<const LineAddress> lines, const DoctorOptions& options
   std::string usable, refused;
   int error = 0;
   std::error_code ignored;
-  for (std::filesystem::directory_iterator it(options.root / "dev", ignored), end; !ignored && it != end; it.increment(ignored)) {
+  for (std::filesystem::directory_iterator it(options.root / "dev", ignored), end; !ignored && it != end;
+       it.increment(ignored)) {
     const std::string name = it->path().filename().string();
     if (!name.starts_with("gpiochip")) continue;
     const UniqueFd chip(::open(it->path().c_str(), O_RDWR | O_CLOEXEC));
@@ -83,8 +85,8 @@ void check_clock(const NodeConfig& config, const DoctorOptions& options, Diagnos
   switch (clock.state) {
     case proto::ClockState::kSynchronised:
       diagnosis.ok("clock", formatted("follows a reference, %.3f ms to correct, error below %.1f ms",
-                                   static_cast<double>(clock.offset_ns.value_or(0)) / 1e6,
-                                   static_cast<double>(clock.uncertainty_ns) / 1e6));
+                                      static_cast<double>(clock.offset_ns.value_or(0)) / 1e6,
+                                      static_cast<double>(clock.uncertainty_ns) / 1e6));
       break;
     case proto::ClockState::kUnsynchronised:
       diagnosis.warn("clock", "does not follow a reference: times of nodes cannot be compared",
@@ -98,8 +100,9 @@ void check_clock(const NodeConfig& config, const DoctorOptions& options, Diagnos
   const auto late = lateness_us(config.realtime.strobe_priority, options.wake_ups);
   if (late.empty()) return;
   const auto at = [&](double share) { return late[static_cast<std::size_t>(share * static_cast<double>(late.size() - 1))]; };
-  const std::string found = formatted("resolution %ld ns; late by %.0f us at the median, %.0f us at 99 %%, %.0f us at most, of %zu times",
-                                   static_cast<long>(resolution.tv_nsec), at(0.5), at(0.99), late.back(), late.size());
+  const std::string found =
+      formatted("resolution %ld ns; late by %.0f us at the median, %.0f us at 99 %%, %.0f us at most, of %zu times",
+                static_cast<long>(resolution.tv_nsec), at(0.5), at(0.99), late.back(), late.size());
   if (resolution.tv_sec > 0 || resolution.tv_nsec > 1000)
     diagnosis.warn("wake-ups", found, "a kernel with high-resolution timers (CONFIG_HIGH_RES_TIMERS)");
   else if (late.back() > kMostLateness_us)
@@ -148,18 +151,23 @@ void check_board(const DoctorOptions& options, Diagnosis& diagnosis) {
   if (!std::isfinite(reading.temperature_c))
     diagnosis.ok("temperature", "this board does not tell");
   else if (reading.temperature_c >= kHot_c)
-    diagnosis.warn("temperature", formatted("%.0f C (%s)", static_cast<double>(reading.temperature_c), health.thermal_zone().c_str()),
+    diagnosis.warn("temperature",
+                   formatted("%.0f C (%s)", static_cast<double>(reading.temperature_c), health.thermal_zone().c_str()),
                    "a heat sink or a fan, and shade");
   else
-    diagnosis.ok("temperature", formatted("%.0f C (%s)", static_cast<double>(reading.temperature_c), health.thermal_zone().c_str()));
-  const std::uint32_t now = reading.throttled & proto::Throttled::kNow, once = reading.throttled >> proto::Throttled::kEverShift;
+    diagnosis.ok("temperature",
+                 formatted("%.0f C (%s)", static_cast<double>(reading.temperature_c), health.thermal_zone().c_str()));
+  const std::uint32_t now = reading.throttled & proto::Throttled::kNow,
+                      once = reading.throttled >> proto::Throttled::kEverShift;
   if (reading.throttled == 0) {
     diagnosis.ok("throttling", health.knows_throttling() ? "none" : "this board does not tell");
     return;
   }
   const bool voltage = ((now | once) & proto::Throttled::kUnderVoltage) != 0;
-  diagnosis.warn("throttling", (now != 0 ? std::string("now: ") : std::string("since the start: ")) + proto::throttled_text(now != 0 ? now : once),
-                 voltage ? "a stronger power supply and a shorter, thicker cable" : "a heat sink or a fan, and shade");
+  diagnosis.warn(
+      "throttling",
+      (now != 0 ? std::string("now: ") : std::string("since the start: ")) + proto::throttled_text(now != 0 ? now : once),
+      voltage ? "a stronger power supply and a shorter, thicker cable" : "a heat sink or a fan, and shade");
 }
 
 }  // namespace srd::firmware

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The board's temperature and whether it slows down, from files that Linux shows: /sys of any board, and the Raspberry Pi's
 // own. Opened once; reading takes nothing from the heap. One thread.
 #pragma once

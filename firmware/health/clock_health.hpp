@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether the wall clock follows a reference, and how well: what the kernel knows from chrony, systemd-timesyncd or ptp.
 #pragma once
 

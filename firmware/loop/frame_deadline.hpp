@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The time that a frame may take: how the solver, which has no clock, learns that it is up. One thread per object.
 #pragma once
 
@@ -23,8 +24,7 @@ class FrameDeadline {
 
  private:
   [[nodiscard]] static std::int64_t steady_ns() {
-    return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
+    return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch()).count();
   }
 
   std::int64_t limit_ns_;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the frame loop asks of whoever lights its frames: one pointer in its options.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "firmware/loop/frame_loop.hpp"
 
 #include <chrono>
@@ -40,10 +41,8 @@ proto::FrameStatus status_of(const dsp::FrameResult<float>& result) {
   using dsp::TrackStatus;
   using proto::FrameStatus;
   switch (result.status) {
-    case TrackStatus::kOk:
-      return FrameStatus::kOk;
-    case TrackStatus::kNoPattern:
-      return result.state == dsp::TrackState::kLost ? FrameStatus::kLost : FrameStatus::kSearching;
+    case TrackStatus::kOk: return FrameStatus::kOk;
+    case TrackStatus::kNoPattern: return result.state == dsp::TrackState::kLost ? FrameStatus::kLost : FrameStatus::kSearching;
     case TrackStatus::kTooFewCorners: return FrameStatus::kTooFewCorners;
     case TrackStatus::kAmbiguous: return FrameStatus::kAmbiguous;
     case TrackStatus::kPoorFit: return FrameStatus::kPoorFit;
@@ -64,14 +63,11 @@ proto::NodeState state_of(dsp::TrackState state) {
   return proto::NodeState::kSearching;
 }
 
-void count(std::atomic<std::uint64_t>& counter, std::uint64_t more = 1) {
-  counter.fetch_add(more, std::memory_order_relaxed);
-}
+void count(std::atomic<std::uint64_t>& counter, std::uint64_t more = 1) { counter.fetch_add(more, std::memory_order_relaxed); }
 
 }  // namespace
 
-FrameLoop::FrameLoop(Camera& camera, dsp::SurfaceTracker<float>& tracker, const FrameLoopOptions& options,
-                     TakeRecord take)
+FrameLoop::FrameLoop(Camera& camera, dsp::SurfaceTracker<float>& tracker, const FrameLoopOptions& options, TakeRecord take)
     : camera_(camera), tracker_(tracker), options_(options), take_(std::move(take)), ring_(kRingFrames) {
   record_.model = tracker.model();
   record_.metric = tracker.metric();

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The frame's way on the board: capture -> process -> record, in two threads with a ring between them.
 // After the threads run: no heap, no exception, no lock but the camera's own.
 #pragma once
@@ -20,7 +21,7 @@ namespace srd::firmware {
 
 // Written by the loop's threads, read by any.
 struct FrameCounters {
-  std::atomic<std::uint64_t> captured{0};           // frames that the camera gave, bad ones too
+  std::atomic<std::uint64_t> captured{0};  // frames that the camera gave, bad ones too
   std::atomic<std::uint64_t> records{0};
   std::atomic<std::uint64_t> surfaces{0};           // records with a surface
   std::atomic<std::uint64_t> acquired{0};           // found by full detection
@@ -32,9 +33,9 @@ struct FrameCounters {
   std::atomic<std::uint64_t> bad{0};                // frames without a usable image
   std::atomic<std::uint64_t> dark{0};               // frames without light, on purpose: not processed
   std::atomic<std::uint64_t> disconnects{0};
-  std::atomic<std::uint64_t> calls{0};              // of the camera, answered or not
-  std::atomic<bool> away{false};                    // the camera is disconnected
-  std::atomic<std::uint8_t> state{0};               // proto::NodeState
+  std::atomic<std::uint64_t> calls{0};  // of the camera, answered or not
+  std::atomic<bool> away{false};        // the camera is disconnected
+  std::atomic<std::uint8_t> state{0};   // proto::NodeState
 };
 
 // Where records go. Called from the processing thread; false: no room now (a source that waits tries again).

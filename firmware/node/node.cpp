@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "firmware/node/node.hpp"
 
 #include <algorithm>
@@ -11,8 +12,8 @@
 #include <vector>
 
 #include "drivers/support/rank_text.hpp"
-#include "firmware/realtime/realtime.hpp"
 #include "firmware/node/status_maker.hpp"
+#include "firmware/realtime/realtime.hpp"
 #include "firmware/record/frame_recorder.hpp"
 #include "firmware/service/notifier.hpp"
 #include "firmware/service/stop_signals.hpp"
@@ -37,9 +38,12 @@ Outcome<void> start_camera(const NodeConfig& config, Instrument& instrument) {
   if (auto started = camera.start(); !started) return started.error();
   if (camera.width() == instrument.width && camera.height() == instrument.height) return {};
   const auto size = [](int w, int h) { return std::to_string(w) + " x " + std::to_string(h); };
-  return Problem{Exit::kInput, "the camera's images have another size than its calibration",
-                 config.camera->kind + ":" + config.camera->argument, size(instrument.width, instrument.height),
-                 size(camera.width(), camera.height()), "use the calibration of this camera and mode"};
+  return Problem{Exit::kInput,
+                 "the camera's images have another size than its calibration",
+                 config.camera->kind + ":" + config.camera->argument,
+                 size(instrument.width, instrument.height),
+                 size(camera.width(), camera.height()),
+                 "use the calibration of this camera and mode"};
 }
 
 // None without a host.
@@ -56,17 +60,16 @@ Outcome<std::unique_ptr<Transmitter>> start_transmitter(const NodeConfig& config
 
 Outcome<std::unique_ptr<FrameRecorder>> start_recorder(const NodeConfig& config, const Instrument& instrument) {
   std::error_code error;
-  if (config.camera->kind == "recording" &&
-      std::filesystem::equivalent(config.camera->argument, config.record.folder, error))
-    return Problem{Exit::kUsage, "a recording cannot be recorded over itself", config.record.folder.string(),
-                   "another folder", "", ""};
+  if (config.camera->kind == "recording" && std::filesystem::equivalent(config.camera->argument, config.record.folder, error))
+    return Problem{
+        Exit::kUsage, "a recording cannot be recorded over itself", config.record.folder.string(), "another folder", "", ""};
   return FrameRecorder::start(config.record, instrument.rig, instrument.camera->width(), instrument.camera->height());
 }
 
 struct RunRecording {
   std::filesystem::path folder;  // empty: none is asked for
   std::unique_ptr<FrameRecorder> recorder;
-  std::string refusal;           // why there is no recorder for the folder
+  std::string refusal;  // why there is no recorder for the folder
 };
 
 // A disk that takes no recording ends the run of a person who asked for one by hand. Where the file asks at every start the
@@ -111,9 +114,8 @@ std::string why_no_surface(const FrameLoop& loop) {
 class NodeRun {
  public:
   // period_ns: between two frames, as FrameWatchdog has it.
-  NodeRun(Instrument& instrument, const RunOptions& options, std::int64_t period_ns,
-          std::unique_ptr<Transmitter> transmitter, RunRecording recording, std::unique_ptr<Strobe> strobe,
-          Realtime& realtime, const std::atomic<bool>& stop)
+  NodeRun(Instrument& instrument, const RunOptions& options, std::int64_t period_ns, std::unique_ptr<Transmitter> transmitter,
+          RunRecording recording, std::unique_ptr<Strobe> strobe, Realtime& realtime, const std::atomic<bool>& stop)
       : camera_(*instrument.camera),
         tracker_(*instrument.tracker),
         options_(options),
@@ -225,8 +227,9 @@ class NodeRun {
   void watch_stamps() {
     if (said_stamps_ || value_of(camera_.faults().bad_stamps) == 0) return;
     said_stamps_ = true;
-    options_.say("note      the camera's driver gives times that cannot be true (standing still, running back, or in the "
-                 "future): those frames carry the time at which they arrived\n");
+    options_.say(
+        "note      the camera's driver gives times that cannot be true (standing still, running back, or in the "
+        "future): those frames carry the time at which they arrived\n");
   }
 
   proto::NodeStatus status_by(StatusMaker& maker, double seconds, bool stopping) {
@@ -313,7 +316,8 @@ Outcome<RunReport> run_node(const NodeConfig& config, Instrument& instrument, co
   if (!strobe) return strobe.error();
   const bool paced = instrument.camera->live() && !config.live.trigger_input && config.frame_rate_hz > 0;
   const std::int64_t period_ns = paced ? static_cast<std::int64_t>(1e9 / config.frame_rate_hz) : 0;
-  NodeRun run(instrument, options, period_ns, std::move(*transmitter), std::move(*recording), std::move(*strobe), realtime, stop);
+  NodeRun run(instrument, options, period_ns, std::move(*transmitter), std::move(*recording), std::move(*strobe), realtime,
+              stop);
   run.measure();
   return run.report();
 }
@@ -321,8 +325,8 @@ Outcome<RunReport> run_node(const NodeConfig& config, Instrument& instrument, co
 std::string RunReport::text() const {
   std::ostringstream out;
   out.precision(4);
-  out << "frames    " << captured << " captured, " << records << " records, " << surfaces << " with a surface, in "
-      << seconds << " s\n"
+  out << "frames    " << captured << " captured, " << records << " records, " << surfaces << " with a surface, in " << seconds
+      << " s\n"
       << "tracking  found " << acquired << " times, lost " << lost_tracks << " times\n"
       << "dropped   " << dropped_by_source << " by the source, " << dropped_late << " late, " << bad << " unusable\n";
   if (!without_surface.empty()) out << "surface   none in any frame: " << without_surface << "\n";

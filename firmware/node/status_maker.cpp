@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "firmware/node/status_maker.hpp"
 
 #include <cmath>
@@ -11,17 +12,16 @@ StatusMaker::StatusMaker(std::string_view version, const Restart& restart) {
   using Software = decltype(constant_.software);
   using EndText = decltype(constant_.last_end);
   constant_.software = Software::make(version.substr(0, Software::kCapacity)).value_or(Software{});
-  constant_.last_end =
-      EndText::make(std::string_view(restart.last_end).substr(0, EndText::kCapacity)).value_or(EndText{});
+  constant_.last_end = EndText::make(std::string_view(restart.last_end).substr(0, EndText::kCapacity)).value_or(EndText{});
   constant_.restarts = restart.restarts;
 }
 
-proto::NodeStatus StatusMaker::make(const FrameLoop& loop, const FrameRecorder* recorder, const Strobe* strobe,
-                                     double seconds, bool stopping) {
+proto::NodeStatus StatusMaker::make(const FrameLoop& loop, const FrameRecorder* recorder, const Strobe* strobe, double seconds,
+                                    bool stopping) {
   const FrameCounters& counters = loop.counters();
   proto::NodeStatus status = constant_;
-  status.state = stopping ? proto::NodeState::kStopping
-                          : static_cast<proto::NodeState>(counters.state.load(std::memory_order_relaxed));
+  status.state =
+      stopping ? proto::NodeState::kStopping : static_cast<proto::NodeState>(counters.state.load(std::memory_order_relaxed));
   const std::uint64_t captured = value_of(counters.captured), records = value_of(counters.records);
   status.capture_hz = static_cast<float>(static_cast<double>(captured - captured_) / seconds);
   status.record_hz = static_cast<float>(static_cast<double>(records - records_) / seconds);

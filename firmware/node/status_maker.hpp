@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the node says of itself each second. One thread; nothing from the heap.
 #pragma once
 

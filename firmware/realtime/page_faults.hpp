@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Page faults of one thread since it settled: in the steady state there should be none.
 #pragma once
 

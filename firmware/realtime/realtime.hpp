@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Start-up of a process whose frames must not wait: memory that stays in place, threads that go first, CPUs of their own.
 // What the system does not permit is said once, with what to set, and the node goes on without.
 #pragma once
@@ -18,9 +19,9 @@ inline constexpr int kThreadRoles = 3;
 
 // What the start-up asks of the system; each gives 0 or an errno. Tests put others in place.
 struct RealtimeCalls {
-  int (*lock_memory)(bool future);            // what is used of the memory that there is, and that will come; all code
-  bool (*may_lock_everything)();              // no limit on locked memory
-  int (*set_priority)(int priority);          // of the calling thread, SCHED_FIFO
+  int (*lock_memory)(bool future);             // what is used of the memory that there is, and that will come; all code
+  bool (*may_lock_everything)();               // no limit on locked memory
+  int (*set_priority)(int priority);           // of the calling thread, SCHED_FIFO
   int (*set_cpus)(std::span<const int> cpus);  // of the calling thread
 };
 [[nodiscard]] const RealtimeCalls& system_calls();

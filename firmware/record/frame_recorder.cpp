@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "firmware/record/frame_recorder.hpp"
 
 #include <chrono>
@@ -19,8 +20,7 @@ constexpr auto kWaitForRoom = std::chrono::milliseconds(1);
 std::filesystem::path unused(const std::filesystem::path& wanted) {
   std::error_code error;
   std::filesystem::path folder = wanted;
-  for (int n = 2; std::filesystem::exists(folder / kFramesName, error); ++n)
-    folder = wanted.string() + "-" + std::to_string(n);
+  for (int n = 2; std::filesystem::exists(folder / kFramesName, error); ++n) folder = wanted.string() + "-" + std::to_string(n);
   return folder;
 }
 
@@ -42,21 +42,27 @@ Outcome<void> write_rig(const std::filesystem::path& folder, const RecordedRig& 
 
 }  // namespace
 
-Outcome<std::unique_ptr<FrameRecorder>> FrameRecorder::start(const RecordSection& section, const RecordedRig& rig,
-                                                             int width, int height) {
+Outcome<std::unique_ptr<FrameRecorder>> FrameRecorder::start(const RecordSection& section, const RecordedRig& rig, int width,
+                                                             int height) {
   if (const std::uint64_t free_mib = free_mib_at(section.folder); free_mib < section.min_free_mib)
-    return Problem{Exit::kInput, "too little room for a recording", section.folder.string(),
+    return Problem{Exit::kInput,
+                   "too little room for a recording",
+                   section.folder.string(),
                    "at least " + std::to_string(section.min_free_mib) + " MiB free (record.min_free_mib)",
-                   std::to_string(free_mib) + " MiB", "make room, or name a folder on another disk"};
-  const std::uint64_t queue_bytes = std::uint64_t{section.queue_frames} * static_cast<std::uint64_t>(width) *
-                                    static_cast<std::uint64_t>(height);
+                   std::to_string(free_mib) + " MiB",
+                   "make room, or name a folder on another disk"};
+  const std::uint64_t queue_bytes =
+      std::uint64_t{section.queue_frames} * static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
   std::unique_ptr<std::uint8_t[]> pixels;
   if (queue_bytes <= SIZE_MAX / 2)
     pixels.reset(new (std::nothrow) std::uint8_t[static_cast<std::size_t>(queue_bytes)]());  // touched: no page comes late
   if (!pixels)
-    return Problem{Exit::kUsage, "too little memory for the queue of a recording", "record.queue_frames",
+    return Problem{Exit::kUsage,
+                   "too little memory for the queue of a recording",
+                   "record.queue_frames",
                    "images of " + std::to_string(width) + " x " + std::to_string(height) + " that fit the memory",
-                   std::to_string(section.queue_frames) + ", " + std::to_string(queue_bytes >> 20) + " MiB", "fewer"};
+                   std::to_string(section.queue_frames) + ", " + std::to_string(queue_bytes >> 20) + " MiB",
+                   "fewer"};
   const bool count = section.may_count && !section.force;
   auto recording = DurableRecording::create(count ? unused(section.folder) : section.folder, section.force);
   if (!recording) return recording.error();
@@ -157,8 +163,7 @@ void FrameRecorder::finish() {
 std::string FrameRecorder::problem() const {
   const int reason = stop_reason_.load(std::memory_order_acquire);
   if (reason == kRecording) return {};
-  if (reason == kTooLittleRoom)
-    return "less than " + std::to_string(section_.min_free_mib) + " MiB free (record.min_free_mib)";
+  if (reason == kTooLittleRoom) return "less than " + std::to_string(section_.min_free_mib) + " MiB free (record.min_free_mib)";
   return std::strerror(reason);
 }
 

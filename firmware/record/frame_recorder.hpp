@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Keeps the camera's frames on disk while the node measures: copied into a queue that is reserved once, written by a thread
 // of its own. A disk that is too slow costs frames of the recording, one that is full ends it; the measurement never waits.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What goes beside the images of a recording, so that it can be replayed.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "firmware/service/last_end.hpp"
 
 #include <fcntl.h>
@@ -90,7 +91,11 @@ Outcome<LastEnd> LastEnd::open(const std::filesystem::path& folder) {
   }
   made.write(kKilled);
   if (!std::filesystem::exists(made.file_, error))
-    return Problem{Exit::kInput, "cannot keep how the node ended", made.file_.string(), "a writable folder", "",
+    return Problem{Exit::kInput,
+                   "cannot keep how the node ended",
+                   made.file_.string(),
+                   "a writable folder",
+                   "",
                    "check node.state, or --state, and the folder's permissions"};
   return made;
 }

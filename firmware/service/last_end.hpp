@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How the node ended last time, kept over restarts in a small file: written as "killed" while the node runs, replaced by the
 // reason when there is one, removed by a clean stop. What is there at the start is the last end.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "firmware/service/notifier.hpp"
 
 #include <systemd/sd-daemon.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the node tells systemd: that it runs, how it is, that it is alive. Without systemd nothing happens. One thread.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The signals that ask the program to end, which has to switch its lines off first.
 #pragma once
 

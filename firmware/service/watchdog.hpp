@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether the node may say that it is alive: only while frames go all the way through, or while none can be expected and
 // the camera is being called. One thread; no clock of its own.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How bright an image is, from few of its pixels. Integer, pure.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which light made a frame: from the records of pulses, checked against how bright the image is. No heap, no lock, no
 // floating point; one thread, but for the counters.
 #pragma once
@@ -14,18 +15,18 @@ namespace srd::firmware {
 // Written by the labelling thread, read by any.
 struct LabelCounters {
   std::atomic<std::uint64_t> lit{0}, dark{0};
-  std::atomic<std::uint64_t> unlit{0};        // should have been lit, and was not: its pulse was skipped
-  std::atomic<std::uint64_t> unlabelled{0};   // no pulse record: the strobe was not locked, or the record is another frame's
-  std::atomic<std::uint64_t> mislabelled{0};  // the image says otherwise; it is believed
-  std::atomic<std::uint64_t> resyncs{0};      // another shift between frames and records was found to agree
+  std::atomic<std::uint64_t> unlit{0};           // should have been lit, and was not: its pulse was skipped
+  std::atomic<std::uint64_t> unlabelled{0};      // no pulse record: the strobe was not locked, or the record is another frame's
+  std::atomic<std::uint64_t> mislabelled{0};     // the image says otherwise; it is believed
+  std::atomic<std::uint64_t> resyncs{0};         // another shift between frames and records was found to agree
   std::atomic<int> lit_level{0}, dark_level{0};  // running, 1/16 grey level; 0: not known
 };
 
 class FrameLabels {
  public:
-  static constexpr int kWindow = 32;         // frames that levels and shifts are judged by
-  static constexpr int kLeastFrames = 8;     // of them before anything is said
-  static constexpr int kWrongToResync = 3;   // disagreements in the window
+  static constexpr int kWindow = 32;        // frames that levels and shifts are judged by
+  static constexpr int kLeastFrames = 8;    // of them before anything is said
+  static constexpr int kWrongToResync = 3;  // disagreements in the window
 
   // dark_difference: grey levels between lit and dark that confirm labels. region: of the image; empty: all of it.
   FrameLabels(const StrobePattern& pattern, int dark_difference, const Region& region)

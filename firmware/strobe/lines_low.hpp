@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The strobe's lines switched off by somebody else than the node that used them: after one that was killed.
 #pragma once
 

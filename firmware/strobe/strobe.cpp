@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "firmware/strobe/strobe.hpp"
 
 #include <sys/prctl.h>
@@ -100,21 +101,24 @@ std::string StrobeReport::text() const {
   std::ostringstream out;
   out.precision(4);
   if (mode == StrobeMode::kFollow)
-    out << "strobe    " << to_string(lock) << ", " << rate_hz << " Hz, stamps to " << jitter_us << " us, predicted to " << uncertainty_us
-        << " us; locked " << locks << " times, " << rejected << " stamps rejected, " << slips << " frames slipped\n";
+    out << "strobe    " << to_string(lock) << ", " << rate_hz << " Hz, stamps to " << jitter_us << " us, predicted to "
+        << uncertainty_us << " us; locked " << locks << " times, " << rejected << " stamps rejected, " << slips
+        << " frames slipped\n";
   else
     out << "trigger   " << triggers << " triggers, " << triggers_missed << " without a frame, " << untriggered
         << " frames without a trigger, " << wall_steps << " steps of the wall clock\n";
-  out << "pulses    " << pulses << ", " << late << " late, " << skipped << " skipped, " << withheld << " withheld for the duty, " << overlong
-      << " beyond max_pulse_us, " << spilled << " past the exposure, longest " << longest_us << " us\n"
+  out << "pulses    " << pulses << ", " << late << " late, " << skipped << " skipped, " << withheld
+      << " withheld for the duty, " << overlong << " beyond max_pulse_us, " << spilled << " past the exposure, longest "
+      << longest_us << " us\n"
       << "lateness  " << lateness << "\n"
-      << "light     " << lit_frames << " frames lit, " << dark_frames << " dark, " << unlit << " without their pulse, " << unlabelled
-      << " unstrobed, " << mislabelled << " mislabelled, " << resyncs << " times resynchronised";
+      << "light     " << lit_frames << " frames lit, " << dark_frames << " dark, " << unlit << " without their pulse, "
+      << unlabelled << " unstrobed, " << mislabelled << " mislabelled, " << resyncs << " times resynchronised";
   if (shift != 0) out << " (light of " << shift << " exposures on: check camera.stamp)";
   if (lit_level > 0) out << "; level " << lit_level << " lit, " << dark_level << " dark";
   out << "\n";
   if (early > 0)
-    out << "stamps    " << early << " frames came before the middle of their exposure: check camera.stamp and camera.readout_us\n";
+    out << "stamps    " << early
+        << " frames came before the middle of their exposure: check camera.stamp and camera.readout_us\n";
   if (faults > 0) out << "line      " << faults << " times the GPIO line could not be switched\n";
   return out.str();
 }
@@ -122,18 +126,24 @@ std::string StrobeReport::text() const {
 Outcome<std::unique_ptr<Strobe>> open_strobe(const NodeConfig& config, const Camera& camera) {
   if (config.strobe.mode == StrobeMode::kOff || !camera.live()) return std::unique_ptr<Strobe>();
   const FrameTiming timing = camera.timing();
-  const std::int64_t window_us = timing.all_rows(0).length_ns() / 1000, needed_us = config.strobe.pulse_us + config.strobe.jitter_us;
+  const std::int64_t window_us = timing.all_rows(0).length_ns() / 1000,
+                     needed_us = config.strobe.pulse_us + config.strobe.jitter_us;
   if (!config.strobe.line.empty() && window_us < needed_us)
-    return Problem{Exit::kDevice, "the exposure that the camera has is too short for the strobe", config.camera->text(),
+    return Problem{Exit::kDevice,
+                   "the exposure that the camera has is too short for the strobe",
+                   config.camera->text(),
                    "all rows integrating for strobe.pulse_us + strobe.jitter_us = " + std::to_string(needed_us) + " us",
-                   std::to_string(window_us) + " us", "lengthen camera.exposure_us"};
+                   std::to_string(window_us) + " us",
+                   "lengthen camera.exposure_us"};
   return Strobe::open(config.strobe, timing, config.frame_rate_hz, config.region);
 }
 
 Outcome<void> check_strobe(const StrobeSection& section, bool live, const std::string& file) {
   if (section.mode == StrobeMode::kOff || !live || !gpiod_version().empty()) return {};
-  return Problem{Exit::kUsage, std::string("strobe.mode is \"") + to_string(section.mode) + "\", and this build has no GPIO lines", file,
-                 "a program built with libgpiod", "one without", "install libgpiod-dev and build again, or set strobe.mode = \"off\""};
+  return Problem{
+      Exit::kUsage,  std::string("strobe.mode is \"") + to_string(section.mode) + "\", and this build has no GPIO lines",
+      file,          "a program built with libgpiod",
+      "one without", "install libgpiod-dev and build again, or set strobe.mode = \"off\""};
 }
 
 std::string summary_of(const StrobeSection& section, bool live) {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The strobe of a running node: its lines, its thread, the labels that it gives to frames.
 #pragma once
 

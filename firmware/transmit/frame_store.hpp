@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The encoded frames that the host does not have yet, oldest first, in a ring of bytes that is reserved once.
 // One thread.
 #pragma once
@@ -19,10 +20,10 @@ enum class Delivery : std::uint8_t {
 
 struct FrameSlot {
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
-  std::int64_t sent_ns = 0;            // last time
-  std::size_t offset = 0;              // in the byte ring
+  std::int64_t sent_ns = 0;                     // last time
+  std::size_t offset = 0;                       // in the byte ring
   std::uint32_t before = kNone, after = kNone;  // neighbours in the sender's list, as slot numbers
-  std::uint16_t size = 0;              // bytes
+  std::uint16_t size = 0;                       // bytes
   Delivery delivery = Delivery::kUnsent;
   bool resent = false;
 };

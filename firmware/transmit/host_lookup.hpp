@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The host's addresses, looked up in a thread of its own: a name is known only when the network is up, which may be later than
 // the board, and a lookup that nobody answers blocks for many seconds, for which neither sending nor stopping waits.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The node's half of the delivery: every frame reaches the host's record once, or the host learns which did not.
 //
 // A state machine without socket, clock or heap: time is an argument (ns, any steady clock), datagrams go in and out.
@@ -19,13 +20,13 @@ namespace srd::firmware {
 
 // ns.
 struct SenderTiming {
-  std::int64_t first_retry = 100'000'000;     // before the answering time is known
+  std::int64_t first_retry = 100'000'000;  // before the answering time is known
   std::int64_t least_retry = 30'000'000;
-  std::int64_t most_retry = 500'000'000;      // also the interval while the host is silent
-  std::int64_t silence = 1'000'000'000;       // without an answer for so long: the host counts as away
+  std::int64_t most_retry = 500'000'000;  // also the interval while the host is silent
+  std::int64_t silence = 1'000'000'000;   // without an answer for so long: the host counts as away
   std::int64_t status_interval = 1'000'000'000;
   std::int64_t stopping_status_interval = 100'000'000;
-  std::int64_t linger = 5'000'000'000;        // for the last acknowledgement
+  std::int64_t linger = 5'000'000'000;  // for the last acknowledgement
 };
 
 struct SenderOptions {
@@ -38,13 +39,13 @@ struct SenderOptions {
 };
 
 struct SenderCounts {
-  std::uint64_t frames = 0;         // taken
-  std::uint64_t refused = 0;        // could not be encoded, or the ring was full and may not overwrite
-  std::uint64_t datagrams = 0;      // given out, of every kind
+  std::uint64_t frames = 0;     // taken
+  std::uint64_t refused = 0;    // could not be encoded, or the ring was full and may not overwrite
+  std::uint64_t datagrams = 0;  // given out, of every kind
   std::uint64_t resent = 0;
-  std::uint64_t lost = 0;           // overwritten before they were in the host's record
+  std::uint64_t lost = 0;  // overwritten before they were in the host's record
   std::uint64_t acknowledgements = 0;
-  std::uint64_t ignored = 0;        // datagrams received that were none, or for another boot, or impossible
+  std::uint64_t ignored = 0;  // datagrams received that were none, or for another boot, or impossible
 };
 
 class Sender {

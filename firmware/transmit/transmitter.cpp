@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "firmware/transmit/transmitter.hpp"
 
 #include <array>
@@ -10,10 +11,10 @@ namespace srd::firmware {
 namespace {
 
 constexpr std::chrono::milliseconds kTurn{2};
-constexpr int kMostPerTurn = 32;  // datagrams: a burst that the host's socket buffer holds
-constexpr std::chrono::seconds kAgain{1};  // between two tries to reach the host, or to learn its address
+constexpr int kMostPerTurn = 32;                    // datagrams: a burst that the host's socket buffer holds
+constexpr std::chrono::seconds kAgain{1};           // between two tries to reach the host, or to learn its address
 constexpr std::int64_t kRefusedAgain = 50'000'000;  // ns; the least time at an address where nobody listens
-constexpr std::int64_t kSilent = 5'000'000'000;    // ns; before the others of a host that was heard are tried
+constexpr std::int64_t kSilent = 5'000'000'000;     // ns; before the others of a host that was heard are tried
 constexpr std::int64_t kReconnect = std::chrono::nanoseconds(kAgain).count();
 
 }  // namespace

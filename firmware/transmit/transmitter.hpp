@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The thread that delivers a node's records: takes them from the frame loop through a ring, keeps them until the host has
 // them (sender.hpp) and drives one UDP socket. A host with several addresses is
 // sent to at each in turn, a second at a time, until one acknowledges. Nothing is allocated between start and finish while the network is there and
@@ -21,8 +22,8 @@
 namespace srd::firmware {
 
 struct TransmitterOptions {
-  SenderOptions sender{};         // overwrite = false for sources that can wait: then use push_waiting
-  std::string host{};             // HOST:PORT; a name is looked up until it has an address
+  SenderOptions sender{};  // overwrite = false for sources that can wait: then use push_waiting
+  std::string host{};      // HOST:PORT; a name is looked up until it has an address
   HostLookup::Resolve resolve = Address::parse_all;
   std::size_t queue_frames = 64;  // between the frame loop and this thread
 };

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/compare/command.hpp"
 
 #include <iostream>
@@ -30,8 +31,8 @@ Outcome<void> run_compare(const Options& options) {
     return Problem{Exit::kUsage, "--max-rms needs the surface over the pattern",
                    run->file,    "a model file beside the CSV file, or --model",
                    "none",       ""};
-  const auto comparison = compare(*run, *truth, options.truth.string(),
-                                  options.by_order ? MatchBy::kOrder : MatchBy::kTime, *geometry);
+  const auto comparison =
+      compare(*run, *truth, options.truth.string(), options.by_order ? MatchBy::kOrder : MatchBy::kTime, *geometry);
   if (!comparison) return comparison.error();
   for (const std::string& note : run->notes) std::cerr << "note: " << note << "\n";
   std::cout << comparison_text(*run, *truth, *comparison, *geometry) << std::flush;
@@ -47,18 +48,12 @@ Outcome<void> run_compare(const Options& options) {
 
 void add_compare_command(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
-  CLI::App* command =
-      app.add_subcommand("compare", "Print how far estimated surfaces are from the true ones");
-  command
-      ->add_option("ESTIMATED.csv", options->estimated,
-                   "Coefficients written by srd listen or srd reconstruct")
-      ->required();
+  CLI::App* command = app.add_subcommand("compare", "Print how far estimated surfaces are from the true ones");
+  command->add_option("ESTIMATED.csv", options->estimated, "Coefficients written by srd listen or srd reconstruct")->required();
   command->add_option("TRUTH.csv", options->truth, "frame,time_ns,<modes>")->required();
   command->add_option("--node", options->node, "Which node, when the file holds several");
   command->add_flag("--by-order", options->by_order, "Match the first row with the first, not by time_ns");
-  command
-      ->add_option("--max-rms", options->max_rms,
-                   "Exit with 3 when the surface's rms over the pattern is above, mm")
+  command->add_option("--max-rms", options->max_rms, "Exit with 3 when the surface's rms over the pattern is above, mm")
       ->check(CLI::NonNegativeNumber);
   add_geometry_options(*command, options->geometry);
   command->callback([options, &exit_code] {

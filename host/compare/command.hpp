@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `srd compare ESTIMATED.csv TRUTH.csv`: prints how far the estimated surfaces are from the true ones.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/compare/comparison.hpp"
 
 #include <array>
@@ -15,11 +16,10 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;  // row of the run, row of the truth
 
-Outcome<Pairs> match(const CoefficientRun& run, const Truth& truth, const std::string& truth_file,
-                     MatchBy by) {
+Outcome<Pairs> match(const CoefficientRun& run, const Truth& truth, const std::string& truth_file, MatchBy by) {
   Pairs pairs;
-  const std::string counts = std::to_string(run.rows.size()) + " estimated frames, " +
-                             std::to_string(truth.rows.size()) + " true ones";
+  const std::string counts =
+      std::to_string(run.rows.size()) + " estimated frames, " + std::to_string(truth.rows.size()) + " true ones";
   if (by == MatchBy::kOrder) {
     if (run.rows.size() != truth.rows.size())
       return Problem{.what = "frames cannot be matched by order",
@@ -39,8 +39,7 @@ Outcome<Pairs> match(const CoefficientRun& run, const Truth& truth, const std::s
                      .found = "",
                      .advice = "--by-order"};
   for (std::size_t i = 0; i < run.rows.size(); ++i)
-    if (const auto found = row_at.find(run.rows[i].time_ns); found != row_at.end())
-      pairs.emplace_back(i, found->second);
+    if (const auto found = row_at.find(run.rows[i].time_ns); found != row_at.end()) pairs.emplace_back(i, found->second);
   if (pairs.empty())
     return Problem{.what = "no time_ns of " + run.file + " is in the truth",
                    .where = truth_file,
@@ -93,8 +92,8 @@ __attribute__((format(printf, 1, 2))) std::string formatted(const char* format, 
 
 }  // namespace
 
-Outcome<Comparison> compare(const CoefficientRun& run, const Truth& truth, const std::string& truth_file,
-                            MatchBy by, const std::optional<RunGeometry>& geometry) {
+Outcome<Comparison> compare(const CoefficientRun& run, const Truth& truth, const std::string& truth_file, MatchBy by,
+                            const std::optional<RunGeometry>& geometry) {
   const auto pairs = match(run, truth, truth_file, by);
   if (!pairs) return pairs.error();
   Comparison c;
@@ -150,18 +149,15 @@ Outcome<Comparison> compare(const CoefficientRun& run, const Truth& truth, const
 
 std::string comparison_text(const CoefficientRun& run, const Truth& truth, const Comparison& c,
                             const std::optional<RunGeometry>& geometry) {
-  std::string out = "node " + run.node + ": " + std::to_string(c.matched) + " of " +
-                    std::to_string(run.rows.size()) + " frames have a true surface (" +
-                    std::to_string(truth.rows.size()) + " given), " + std::to_string(c.frames.size()) +
-                    " of them an estimated one\n";
+  std::string out = "node " + run.node + ": " + std::to_string(c.matched) + " of " + std::to_string(run.rows.size()) +
+                    " frames have a true surface (" + std::to_string(truth.rows.size()) + " given), " +
+                    std::to_string(c.frames.size()) + " of them an estimated one\n";
   if (geometry) {
     const CoefficientRow& worst = run.rows[c.frames[c.worst].row];
     out +=
         formatted("surface over the pattern (%zu places): rms %.4f mm, worst frame %.4f mm (sequence %llu)\n",
-                  geometry->places.size(), c.surface_rms, c.surface_largest,
-                  static_cast<unsigned long long>(worst.sequence));
-    out += formatted("height at the pattern's centre: rms %.4f mm, mean error %+.4f mm\n", c.height_rms,
-                     c.height_mean);
+                  geometry->places.size(), c.surface_rms, c.surface_largest, static_cast<unsigned long long>(worst.sequence));
+    out += formatted("height at the pattern's centre: rms %.4f mm, mean error %+.4f mm\n", c.height_rms, c.height_mean);
   } else {
     out +=
         "surface over the pattern: not known without the model's lengths and the pattern (--model, "
@@ -171,8 +167,8 @@ std::string comparison_text(const CoefficientRun& run, const Truth& truth, const
   for (int j = 0; j < c.modes.size(); ++j) {
     const ModeSummary& s = c.summary[static_cast<std::size_t>(j)];
     const std::string ratio = std::isfinite(s.normalised) ? formatted("%8.2f", s.normalised) : "       -";
-    out += formatted("%-5s %9.4f %+9.4f %9.4f %s %13.4f\n", c.modes[j].name().data(), s.rms, s.mean,
-                     s.largest, ratio.c_str(), s.true_spread);
+    out += formatted("%-5s %9.4f %+9.4f %9.4f %s %13.4f\n", c.modes[j].name().data(), s.rms, s.mean, s.largest, ratio.c_str(),
+                     s.true_spread);
   }
   for (const dsp::Mode& mode : run.modes)
     if (c.modes.index_of(mode) < 0) out += std::string(mode.name().data()) + ": not in the truth\n";

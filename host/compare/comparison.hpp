@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Estimated against true surfaces, frame by frame. Shared by `srd compare` and `srd plot`.
 #pragma once
 
@@ -27,10 +28,8 @@ struct FrameError {
 
 struct ModeSummary {
   double rms = 0, mean = 0, largest = 0;  // of estimated minus true, mm; largest of |.|
-  double normalised =
-      0;  // rms of error / stated standard deviation: 1 when the deviations are right; NaN without
-  double true_spread =
-      0;  // standard deviation of the true coefficient over the frames, mm: the size of the signal
+  double normalised = 0;   // rms of error / stated standard deviation: 1 when the deviations are right; NaN without
+  double true_spread = 0;  // standard deviation of the true coefficient over the frames, mm: the size of the signal
 };
 
 struct Comparison {
@@ -45,13 +44,11 @@ struct Comparison {
 };
 
 // kInput when no frame matches, the row counts differ (kOrder) or the sides share no mode.
-[[nodiscard]] Outcome<Comparison> compare(const CoefficientRun& run, const Truth& truth,
-                                          const std::string& truth_file, MatchBy by,
-                                          const std::optional<RunGeometry>& geometry);
+[[nodiscard]] Outcome<Comparison> compare(const CoefficientRun& run, const Truth& truth, const std::string& truth_file,
+                                          MatchBy by, const std::optional<RunGeometry>& geometry);
 
 // The table that `srd compare` prints; lines end in '\n'.
-[[nodiscard]] std::string comparison_text(const CoefficientRun& run, const Truth& truth,
-                                          const Comparison& comparison,
+[[nodiscard]] std::string comparison_text(const CoefficientRun& run, const Truth& truth, const Comparison& comparison,
                                           const std::optional<RunGeometry>& geometry);
 
 }  // namespace srd::host

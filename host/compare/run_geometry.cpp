@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/compare/run_geometry.hpp"
 
 #include <algorithm>
@@ -27,15 +28,11 @@ Outcome<std::optional<NodeModel>> from_sidecar(const CoefficientRun& run, const 
   if (!sidecar) return sidecar.error();
   const NodeModel* node = sidecar->find(run.node);
   if (node == nullptr)
-    return Problem{Exit::kUsage, "says nothing of node '" + run.node + "'", file.string(),
-                   "a [[node]] of that name"};
+    return Problem{Exit::kUsage, "says nothing of node '" + run.node + "'", file.string(), "a [[node]] of that name"};
   if (!(node->model.modes == run.modes))
-    return Problem{Exit::kUsage,
-                   "has other modes than " + run.file,
-                   file.string(),
-                   names_of(run.modes),
-                   names_of(node->model.modes),
-                   "give the file that was written with the coefficients"};
+    return Problem{
+        Exit::kUsage,        "has other modes than " + run.file, file.string(),
+        names_of(run.modes), names_of(node->model.modes),        "give the file that was written with the coefficients"};
   return std::optional(*node);
 }
 
@@ -54,16 +51,14 @@ std::vector<dsp::Vec2<double>> grid_over(const PatternExtent& e) {
   std::vector<dsp::Vec2<double>> places;
   for (int i = 0; i <= kGridSteps; ++i)
     for (int j = 0; j <= kGridSteps; ++j)
-      places.emplace_back(e.x_min + (e.x_max - e.x_min) * i / kGridSteps,
-                          e.y_min + (e.y_max - e.y_min) * j / kGridSteps);
+      places.emplace_back(e.x_min + (e.x_max - e.x_min) * i / kGridSteps, e.y_min + (e.y_max - e.y_min) * j / kGridSteps);
   return places;
 }
 
 }  // namespace
 
 void add_geometry_options(CLI::App& command, GeometryOptions& options) {
-  command.add_option("--model", options.model,
-                     "Surface model beside the coefficients (default: FILE.csv.model.toml)");
+  command.add_option("--model", options.model, "Surface model beside the coefficients (default: FILE.csv.model.toml)");
   command.add_option("--points", options.points, "The pattern's corners, x y z in mm a line");
   const CLI::Validator length = CLI::Range(1e-3, 1e6), place = CLI::Range(-1e6, 1e6);
   command.add_option("--lx", options.lx, "Length scale Lx, mm")->check(length);
@@ -72,8 +67,7 @@ void add_geometry_options(CLI::App& command, GeometryOptions& options) {
   command.add_option("--y0", options.y0, "Model origin Y0, mm (default 0)")->check(place);
 }
 
-Outcome<std::optional<RunGeometry>> resolve_geometry(const CoefficientRun& run,
-                                                     const GeometryOptions& options) {
+Outcome<std::optional<RunGeometry>> resolve_geometry(const CoefficientRun& run, const GeometryOptions& options) {
   const auto sidecar = from_sidecar(run, options);
   if (!sidecar) return sidecar.error();
   const bool any_option = options.points || options.lx || options.ly || options.x0 || options.y0;
@@ -116,8 +110,7 @@ Outcome<std::optional<RunGeometry>> resolve_geometry(const CoefficientRun& run,
   return std::optional(std::move(geometry));
 }
 
-SurfaceSampler::SurfaceSampler(const dsp::SurfaceModel<double>& model,
-                               const std::vector<dsp::Vec2<double>>& places)
+SurfaceSampler::SurfaceSampler(const dsp::SurfaceModel<double>& model, const std::vector<dsp::Vec2<double>>& places)
     : basis_(static_cast<Eigen::Index>(places.size()), model.modes.size()) {
   dsp::Basis<double> basis;
   for (std::size_t i = 0; i < places.size(); ++i) {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What turns coefficients into heights: the model's lengths and where the pattern lies.
 #pragma once
 
@@ -40,8 +41,7 @@ void add_geometry_options(CLI::App& command, GeometryOptions& options);
 
 // nullopt when neither sidecar nor options say anything. kUsage when they contradict the run or are
 // incomplete.
-[[nodiscard]] Outcome<std::optional<RunGeometry>> resolve_geometry(const CoefficientRun& run,
-                                                                   const GeometryOptions& options);
+[[nodiscard]] Outcome<std::optional<RunGeometry>> resolve_geometry(const CoefficientRun& run, const GeometryOptions& options);
 
 // Heights (mm) of any surface of one model at fixed places; the modes are evaluated once.
 class SurfaceSampler {

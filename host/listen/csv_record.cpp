@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/listen/csv_record.hpp"
 
 #include <fcntl.h>
@@ -9,11 +10,11 @@
 #include <charconv>
 #include <cstring>
 
+#include "drivers/support/csv_table.hpp"
 #include "host/listen/csv_row.hpp"
 #include "host/listen/recorded.hpp"
 #include "host/table/coefficient_columns.hpp"
 #include "proto/plain_word.hpp"
-#include "drivers/support/csv_table.hpp"
 
 namespace srd::host {
 namespace {
@@ -23,12 +24,13 @@ namespace fs = std::filesystem;
 constexpr std::size_t kWriteAt = 1 << 16;  // bytes pending
 
 Problem failed(const fs::path& path, const char* action, int error) {
-  return {.exit = Exit::kDevice, .what = std::string("cannot ") + action + ": " + std::strerror(error),
-          .where = path.string()};
+  return {.exit = Exit::kDevice, .what = std::string("cannot ") + action + ": " + std::strerror(error), .where = path.string()};
 }
 
 Problem exists_already(const fs::path& path) {
-  return {.exit = Exit::kUsage, .what = "the file is there already", .where = path.string(),
+  return {.exit = Exit::kUsage,
+          .what = "the file is there already",
+          .where = path.string(),
           .advice = "another name, --append to go on with it, or --force to write it anew"};
 }
 
@@ -156,17 +158,18 @@ Outcome<void> CsvRecord::describe_model(const proto::BootId& from, const proto::
   if (!file.described.insert(from).second) return {};
   const NodeModel model = model_of(from, frame);
   ModelSidecar wanted = file.models;
-  const auto known = std::find_if(wanted.nodes.begin(), wanted.nodes.end(),
-                                  [&](const NodeModel& other) { return other.node == model.node; });
+  const auto known =
+      std::find_if(wanted.nodes.begin(), wanted.nodes.end(), [&](const NodeModel& other) { return other.node == model.node; });
   if (known == wanted.nodes.end()) {
     wanted.nodes.push_back(model);
     if (proto::reads_as_value(model.node))
-      notes_.push_back("node '" + model.node + "': programs that read tables take this name for a number, a date, a truth value or "
+      notes_.push_back("node '" + model.node +
+                       "': programs that read tables take this name for a number, a date, a truth value or "
                        "a missing one; it is recorded as it is. Better: another node.id in the node's configuration");
   } else {
     if (model_sidecar_text({{*known}}) == model_sidecar_text({{model}})) return {};
-    notes_.push_back(model.node + " came back with another surface model: rows of " + file.path.string() +
-                     " before boot " + boot_text(from.boot) + " do not belong to the model beside it");
+    notes_.push_back(model.node + " came back with another surface model: rows of " + file.path.string() + " before boot " +
+                     boot_text(from.boot) + " do not belong to the model beside it");
     *known = model;
   }
   file.models = std::move(wanted);
@@ -178,8 +181,7 @@ Outcome<void> CsvRecord::describe_model(const proto::BootId& from, const proto::
   return {};
 }
 
-Outcome<void> CsvRecord::write(const proto::BootId& from, std::uint64_t sequence,
-                               const proto::CoefficientFrame& frame) {
+Outcome<void> CsvRecord::write(const proto::BootId& from, std::uint64_t sequence, const proto::CoefficientFrame& frame) {
   const auto file = file_for(frame.model.modes);
   if (!file) return file.error();
   if (auto done = describe_model(from, frame, **file); !done) return done;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The record of a run as CSV. A row is safe once flush() has returned: the file's bytes are on the disk (fdatasync).
 //
 // One file has one list of modes. The first list that comes goes to the file that was asked for; a node with another list
@@ -54,8 +55,7 @@ class CsvRecord final : public FrameSink {
   [[nodiscard]] std::vector<std::filesystem::path> further_files() const;
   [[nodiscard]] std::filesystem::path beside(const std::string& part) const;
   [[nodiscard]] Outcome<File*> file_for(const dsp::ModeList& modes);
-  [[nodiscard]] Outcome<void> describe_model(const proto::BootId& from, const proto::CoefficientFrame& frame,
-                                             File& file);
+  [[nodiscard]] Outcome<void> describe_model(const proto::BootId& from, const proto::CoefficientFrame& frame, File& file);
   [[nodiscard]] static Outcome<void> write_out(File& file);
 
   std::filesystem::path path_;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/listen/csv_row.hpp"
 
 #include <array>
@@ -83,8 +84,7 @@ void append_surface(const proto::CoefficientFrame& frame, std::string& out) {
 
 }  // namespace
 
-void append_csv_row(const proto::BootId& from, std::uint64_t sequence, const proto::CoefficientFrame& frame,
-                    std::string& out) {
+void append_csv_row(const proto::BootId& from, std::uint64_t sequence, const proto::CoefficientFrame& frame, std::string& out) {
   out += from.node.view();
   out += "," + boot_text(from.boot);
   append_cell(out, sequence);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where frames go once they are in order. Calls come from one thread.
 #pragma once
 

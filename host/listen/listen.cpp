@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/listen/listen.hpp"
 
 #include <chrono>
@@ -17,8 +18,7 @@ constexpr std::int64_t kSecond = 1'000'000'000;
 constexpr std::int64_t kShowEvery = kSecond / 5;
 
 std::int64_t steady_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
-      .count();
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
 // Rows a second over the last few shows.
@@ -110,8 +110,7 @@ Outcome<void> listen(const ListenOptions& options, const std::atomic<bool>& stop
   Session& session = listener.session;
   const std::int64_t start = steady_ns();
   const auto over = [&] {
-    return session.has_all_rows() ||
-           (options.seconds > 0 && static_cast<double>(steady_ns() - start) >= options.seconds * 1e9);
+    return session.has_all_rows() || (options.seconds > 0 && static_cast<double>(steady_ns() - start) >= options.seconds * 1e9);
   };
   while (!stop.load() && !over())
     if (auto done = listener.turn(); !done) return done;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/listen/receiver.hpp"
 
 #include <algorithm>
@@ -52,8 +53,7 @@ void Receiver::receive(std::span<const std::uint8_t> datagram, const Address& fr
     }
     stream.give_up_below(header.oldest_held);
     source->ended = status->state == proto::NodeState::kStopping && status->held == 0;
-    if (!source->has_status || status->stamp.sensor_time_ns >= source->status.stamp.sensor_time_ns)
-      source->status = *status;
+    if (!source->has_status || status->stamp.sensor_time_ns >= source->status.stamp.sensor_time_ns) source->status = *status;
     source->has_status = true;
   } else {
     ++source->features;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The host's half of the delivery: datagrams in, frames in order and acknowledgements out, for any number of nodes.
 //
 // A state machine without socket, clock or file: time is an argument (ns, any steady clock). The caller takes ready frames,
@@ -20,21 +21,21 @@ namespace srd::host {
 // What the receiver knows of one boot of one node.
 struct Source {
   Stream stream;
-  Address address;               // where its last datagram came from
+  Address address;  // where its last datagram came from
   std::int64_t heard_ns = 0;
-  std::uint64_t order = 0;       // in which boots were first heard
+  std::uint64_t order = 0;  // in which boots were first heard
   bool answer_due = false;
-  bool ended = false;            // it said goodbye and nothing is missing
+  bool ended = false;               // it said goodbye and nothing is missing
   std::uint64_t next_sequence = 0;  // the highest number the node has spoken of, plus one
-  std::uint64_t features = 0;    // chunks of corners
-  proto::NodeStatus status{};    // the last
+  std::uint64_t features = 0;       // chunks of corners
+  proto::NodeStatus status{};       // the last
   bool has_status = false;
 };
 
 struct ReceiverCounts {
   std::uint64_t datagrams = 0;
-  std::uint64_t rejected = 0;    // not a datagram of a node
-  std::uint64_t no_room = 0;     // from more boots than are kept
+  std::uint64_t rejected = 0;  // not a datagram of a node
+  std::uint64_t no_room = 0;   // from more boots than are kept
 };
 
 class Receiver {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/listen/recorded.hpp"
 
 #include <charconv>
@@ -40,8 +41,9 @@ Outcome<Recorded> read_recorded(const std::filesystem::path& file) {
                    .where = file.string() + ":" + std::to_string(line),
                    .expected = line == 1 ? "node,boot,sequence,time_ns,..,A00,..,sd_A00,.." : "node,boot,sequence,..",
                    .found = "'" + found.substr(0, 80) + "'",
-                   .advice = "another name, or --force to write the file anew: records of earlier versions and files that another "
-                             "program saved again are read, and not gone on with"};
+                   .advice =
+                       "another name, or --force to write the file anew: records of earlier versions and files that another "
+                       "program saved again are read, and not gone on with"};
   };
   std::uint64_t number = 0;
   for (std::string text; std::getline(in, text);) {
@@ -58,8 +60,7 @@ Outcome<Recorded> read_recorded(const std::filesystem::path& file) {
       std::string_view line = text;
       const auto node = proto::NodeId::make(take_cell(line));
       std::uint64_t boot = 0, sequence = 0;
-      if (!node || !parse_boot(take_cell(line), boot) || !parse(take_cell(line), sequence) ||
-          sequence >= proto::kMaxSequence)
+      if (!node || !parse_boot(take_cell(line), boot) || !parse(take_cell(line), sequence) || sequence >= proto::kMaxSequence)
         return not_ours(number, text);
       out.frames[{*node, boot}].add(sequence);
       ++out.rows;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which frames a CSV record has, read line by line: a long run's file is larger than memory.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A set of frame numbers as ranges: what a host has of one boot. Small as long as the numbers are mostly together.
 #pragma once
 

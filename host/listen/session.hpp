@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Receives, records, acknowledges: what srd listen does, without its socket. Frames go to the sink as soon as they are in
 // order; the sink is flushed every few ms, and only then is anything acknowledged. One thread.
 #pragma once
@@ -19,8 +20,8 @@ struct SessionOptions {
   std::uint64_t most_rows = std::numeric_limits<std::uint64_t>::max();
   // ns. At most a quarter of the time goes into flushing: after a slow flush the next one waits longer.
   std::int64_t flush_interval = 20'000'000;
-  std::uint64_t flush_rows = 64;                  // or as soon as so many rows are new
-  std::function<std::int64_t()> clock;            // ns, steady
+  std::uint64_t flush_rows = 64;        // or as soon as so many rows are new
+  std::function<std::int64_t()> clock;  // ns, steady
 };
 
 struct Answer {

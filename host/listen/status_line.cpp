@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/listen/status_line.hpp"
 
 #include <array>
@@ -51,7 +52,8 @@ std::vector<std::string> concerns(const proto::NodeStatus& status) {
   if (status.clock_state == proto::ClockState::kUnsynchronised) out.emplace_back("clock not synchronised");
   if (status.recording == proto::RecordState::kStopped) out.emplace_back("recording stopped");
   if (status.bad_stamps > 0)
-    out.push_back(std::to_string(status.bad_stamps) + " frames timed by their arrival: the camera's driver gave impossible times");
+    out.push_back(std::to_string(status.bad_stamps) +
+                  " frames timed by their arrival: the camera's driver gave impossible times");
   if (status.disconnects > 0) out.push_back("camera was away " + std::to_string(status.disconnects) + " times");
   if (status.restarts > 0)
     out.push_back("restart " + std::to_string(status.restarts) + " after: " + std::string(status.last_end.view()));
@@ -64,9 +66,10 @@ static std::string health_text(const proto::NodeStatus& status) {
   if (const auto words = concerns(status); !words.empty()) out += "  " + joined(words) + "\n";
   if (status.minor_faults + status.major_faults > 0)
     out += formatted("  page faults in the frame loop: %" PRIu64 ", %" PRIu64 " of them with the disk\n",
-                  status.minor_faults + status.major_faults, status.major_faults);
+                     status.minor_faults + status.major_faults, status.major_faults);
   if (status.recording != proto::RecordState::kNone)
-    out += formatted("  recorded on the node: %" PRIu64 " frames, %" PRIu64 " dropped\n", status.recorded, status.record_dropped);
+    out +=
+        formatted("  recorded on the node: %" PRIu64 " frames, %" PRIu64 " dropped\n", status.recorded, status.record_dropped);
   return out;
 }
 
@@ -91,10 +94,9 @@ std::string status_line(const Session& session, double rate_hz) {
     resent += source.status.resent;
     duplicates += source.stream.counts().duplicates;
   }
-  std::string line = formatted("%zu %s  %" PRIu64 " frames  %.0f/s  missing %" PRIu64 "  lost %" PRIu64 "  resent %" PRIu64
-                            "  duplicates %" PRIu64,
-                            nodes.size(), nodes.size() == 1 ? "node" : "nodes", session.rows(), rate_hz, missing, lost,
-                            resent, duplicates);
+  std::string line = formatted(
+      "%zu %s  %" PRIu64 " frames  %.0f/s  missing %" PRIu64 "  lost %" PRIu64 "  resent %" PRIu64 "  duplicates %" PRIu64,
+      nodes.size(), nodes.size() == 1 ? "node" : "nodes", session.rows(), rate_hz, missing, lost, resent, duplicates);
   if (std::isfinite(session.last_height_mm())) line += formatted("  height %.2f mm", session.last_height_mm());
   constexpr std::size_t kMostNodes = 2;
   float hottest = -std::numeric_limits<float>::infinity();
@@ -114,25 +116,24 @@ std::string summary_table(const Session& session) {
   const Receiver& receiver = session.receiver();
   if (receiver.sources().empty() && receiver.counts().rejected == 0) return "no node was heard\n";
   std::string out = formatted("%-16s %-20s %10s %9s %8s %8s %10s  %s\n", "node", "boot", "rows", "missing", "lost", "resent",
-                           "duplicates", "state");
+                              "duplicates", "state");
   for (const auto& [id, source] : receiver.sources()) {
     const StreamCounts& counts = source.stream.counts();
-    out += formatted("%-16s %-20s %10" PRIu64 " %9" PRIu64 " %8" PRIu64 " %8" PRIu64 " %10" PRIu64 "  %s\n",
-                  id.node.c_str(), boot_text(id.boot).c_str(), counts.delivered, source.stream.missing(), counts.lost, source.status.resent,
-                  counts.duplicates, ending_of(source));
-    if (counts.lost > 0)
-      out += "  frames that are in no record: " + range_text(source.stream.lost_ranges(), 20) + "\n";
+    out += formatted("%-16s %-20s %10" PRIu64 " %9" PRIu64 " %8" PRIu64 " %8" PRIu64 " %10" PRIu64 "  %s\n", id.node.c_str(),
+                     boot_text(id.boot).c_str(), counts.delivered, source.stream.missing(), counts.lost, source.status.resent,
+                     counts.duplicates, ending_of(source));
+    if (counts.lost > 0) out += "  frames that are in no record: " + range_text(source.stream.lost_ranges(), 20) + "\n";
     if (source.has_status) out += health_text(source.status);
     if (source.stream.waiting() > 0)
       out += formatted("  %zu frames came after a gap and are not in the record; the node still has them: --append\n",
-                    source.stream.waiting());
+                       source.stream.waiting());
   }
   if (receiver.counts().rejected > 0)
     out += formatted("%" PRIu64 " datagrams were rejected: damaged, or not from a node of this version\n",
-                  receiver.counts().rejected);
+                     receiver.counts().rejected);
   if (receiver.counts().no_room > 0)
     out += formatted("%" PRIu64 " datagrams came from more nodes than are kept (%zu)\n", receiver.counts().no_room,
-                  Receiver::kMostSources);
+                     Receiver::kMostSources);
   return out;
 }
 

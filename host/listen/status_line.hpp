@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a person sees of a running srd listen: one line that is rewritten on a terminal, and a table at the end.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The frames of one boot of one node, put back in order: each once, a gap waited for as long as the node can fill it.
 // No socket, no clock. One thread.
 #pragma once

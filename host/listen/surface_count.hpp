@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which nodes sent frames and not one surface: at the end nobody should have to find that out from a plot.
 #pragma once
 
@@ -33,7 +34,8 @@ class SurfaceCount final : public FrameSink {
       std::stable_sort(counts.begin(), counts.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
       std::string reasons;
       for (const auto& [n, status] : counts)
-        reasons += (reasons.empty() ? "" : ", ") + std::to_string(n) + " " + proto::to_string(static_cast<proto::FrameStatus>(status));
+        reasons +=
+            (reasons.empty() ? "" : ", ") + std::to_string(n) + " " + proto::to_string(static_cast<proto::FrameStatus>(status));
       notes.push_back(std::string(name.view()) + ": no frame has a surface: " + reasons +
                       "; srd-node --doctor there looks at camera, light and pattern");
     }

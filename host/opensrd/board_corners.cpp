@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/opensrd/board_corners.hpp"
 
 #include "dsp/frontend/board_finder.hpp"
@@ -8,14 +9,12 @@ namespace {
 
 constexpr int kMostCorners = 16384;
 
-std::string grid_text(int rows, int columns) {
-  return std::to_string(rows) + " rows of " + std::to_string(columns);
-}
+std::string grid_text(int rows, int columns) { return std::to_string(rows) + " rows of " + std::to_string(columns); }
 
 }  // namespace
 
-Outcome<std::vector<BoardCorner>> find_board_corners(const GrayView& image, PatternSize board,
-                                                     const CornerSearch& search, const std::string& where) {
+Outcome<std::vector<BoardCorner>> find_board_corners(const GrayView& image, PatternSize board, const CornerSearch& search,
+                                                     const std::string& where) {
   dsp::DetectorOptions options;
   options.response.radius = search.radius;
   options.threshold = search.threshold;
@@ -27,21 +26,25 @@ Outcome<std::vector<BoardCorner>> find_board_corners(const GrayView& image, Patt
                                std::to_string(board.count()) + "), whole in the image";
   const std::string advice = "look at the image, at the board's size, and at ResponseThreshold and MinDistance";
   if (!grid)
-    return Problem{Exit::kInput, "shows no board", where, expected,
-                   std::to_string(corners.size()) + " corners, which make no grid", advice};
+    return Problem{
+        Exit::kInput, "shows no board", where, expected, std::to_string(corners.size()) + " corners, which make no grid",
+        advice};
   const bool fits = grid->rows == board.rows && grid->columns == board.columns;
   if (!fits || !grid->complete())
-    return Problem{Exit::kInput, "does not show the whole board", where, expected,
-                   std::to_string(corners.size()) + " corners; the largest grid has " +
-                       grid_text(grid->rows, grid->columns) + " with " + std::to_string(grid->found) + " corners",
+    return Problem{Exit::kInput,
+                   "does not show the whole board",
+                   where,
+                   expected,
+                   std::to_string(corners.size()) + " corners; the largest grid has " + grid_text(grid->rows, grid->columns) +
+                       " with " + std::to_string(grid->found) + " corners",
                    grid->rows == board.columns && grid->columns == board.rows && grid->complete()
                        ? "the board lies the other way: exchange its width and height"
                        : advice};
   std::vector<BoardCorner> found;
   for (const int cell : grid->cells) {
     const dsp::CornerFit& corner = corners[static_cast<std::size_t>(cell)];
-    found.push_back({{corner.corner.u.to<double>(), corner.corner.v.to<double>()},
-                     dsp::GridLabeller::bright_below_right(corner)});
+    found.push_back(
+        {{corner.corner.u.to<double>(), corner.corner.v.to<double>()}, dsp::GridLabeller::bright_below_right(corner)});
   }
   return found;
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // All inner corners of a checkerboard in one image.
 #pragma once
 

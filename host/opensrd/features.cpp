@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/opensrd/features.hpp"
 
 #include <array>
@@ -26,13 +27,20 @@ Outcome<std::vector<Feature>> read_features(const std::filesystem::path& file, i
     if (!id || !u || !v || std::abs(*u) > kMostPixels || std::abs(*v) > kMostPixels)
       return Problem{Exit::kInput, "is not a feature", where, expected, shown, ""};
     if (*id < 0 || *id >= point_count)
-      return Problem{Exit::kInput, "names a feature that does not exist", where,
+      return Problem{Exit::kInput,
+                     "names a feature that does not exist",
+                     where,
                      "an id from 0 to " + std::to_string(point_count - 1) + ": a line of the feature points' file",
-                     std::to_string(*id), "check that features and points belong together"};
+                     std::to_string(*id),
+                     "check that features and points belong together"};
     int& earlier = line_of[static_cast<std::size_t>(*id)];
     if (earlier != 0)
-      return Problem{Exit::kInput, "names a feature twice", where, "every id once",
-                     "id " + std::to_string(*id) + " in line " + std::to_string(earlier) + " too", ""};
+      return Problem{Exit::kInput,
+                     "names a feature twice",
+                     where,
+                     "every id once",
+                     "id " + std::to_string(*id) + " in line " + std::to_string(earlier) + " too",
+                     ""};
     earlier = line.number;
     features.push_back({*id, *u, *v});
   }

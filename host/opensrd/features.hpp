@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Feature files as OpenSRD writes them: "id u v" a line, undistorted pixel coordinates.
 #pragma once
 
@@ -9,8 +10,8 @@
 namespace srd::host::opensrd {
 
 struct Feature {
-  int id = 0;            // which line of the camera's file of feature points, from 0
-  double u = 0, v = 0;   // undistorted: K applied to the normalised coordinates, px
+  int id = 0;           // which line of the camera's file of feature points, from 0
+  double u = 0, v = 0;  // undistorted: K applied to the normalised coordinates, px
 };
 
 // kInput, with the line: not three numbers, an id outside 0..point_count - 1 or given twice, a coordinate beyond 1e5 px.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/opensrd/frame_list.hpp"
 
 #include <algorithm>
@@ -17,8 +18,12 @@ Outcome<std::vector<fs::path>> files_in(const fs::path& folder, const std::strin
                                         std::vector<std::string>& warnings) {
   std::error_code error;
   if (!fs::is_directory(folder, error))
-    return Problem{Exit::kInput, "no such folder", folder.string(), expected,
-                   fs::exists(folder, error) ? "a file" : "", "check the path in the settings"};
+    return Problem{Exit::kInput,
+                   "no such folder",
+                   folder.string(),
+                   expected,
+                   fs::exists(folder, error) ? "a file" : "",
+                   "check the path in the settings"};
   std::vector<std::string> names;
   int others = 0;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
@@ -41,17 +46,19 @@ Outcome<std::vector<fs::path>> files_in(const fs::path& folder, const std::strin
 }  // namespace
 
 Outcome<std::vector<fs::path>> image_files(const fs::path& folder, std::vector<std::string>& warnings) {
-  return files_in(folder, "images (.png .pgm .bmp .tif .jpg), their names in chronological order",
-                  [](const fs::path& file) { return is_image_name(file); }, warnings);
+  return files_in(
+      folder, "images (.png .pgm .bmp .tif .jpg), their names in chronological order",
+      [](const fs::path& file) { return is_image_name(file); }, warnings);
 }
 
 Outcome<std::vector<fs::path>> feature_files(const fs::path& folder, std::vector<std::string>& warnings) {
-  return files_in(folder, "feature files (.txt: id u v a line), their names in chronological order",
-                  [](const fs::path& file) { return file.extension() == ".txt"; }, warnings);
+  return files_in(
+      folder, "feature files (.txt: id u v a line), their names in chronological order",
+      [](const fs::path& file) { return file.extension() == ".txt"; }, warnings);
 }
 
-Outcome<std::vector<fs::path>> saved_features(const fs::path& out, const CameraSettings& camera,
-                                              std::size_t camera_index, const Settings& settings) {
+Outcome<std::vector<fs::path>> saved_features(const fs::path& out, const CameraSettings& camera, std::size_t camera_index,
+                                              const Settings& settings) {
   std::error_code error;
   std::vector<fs::path> folders;
   if (!camera.features_output.empty()) {
@@ -65,17 +72,19 @@ Outcome<std::vector<fs::path>> saved_features(const fs::path& out, const CameraS
   if (at == folders.end()) {
     std::string places;
     for (const fs::path& folder : folders) places += (places.empty() ? "" : ", ") + folder.string();
-    return Problem{Exit::kInput, "no saved features of camera " + std::to_string(camera_index + 1), out.string(),
+    return Problem{Exit::kInput,
+                   "no saved features of camera " + std::to_string(camera_index + 1),
+                   out.string(),
                    "Frame_0.txt, Frame_1.txt, .. in one of " + places,
-                   fs::is_directory(out, error) ? "none" : "no such folder", "give the --out folder of the earlier run"};
+                   fs::is_directory(out, error) ? "none" : "no such folder",
+                   "give the --out folder of the earlier run"};
   }
   const std::vector<fs::path> numbered = numbered_frames(*at);
   for (std::size_t k = 0; k < numbered.size(); ++k)
     if (numbered[k].filename() != frame_file_name(k))
       return Problem{Exit::kInput, "a frame is missing", at->string(), frame_file_name(k), numbered[k].filename().string(), ""};
   std::vector<fs::path> chronological(numbered.size());
-  for (std::size_t k = 0; k < numbered.size(); ++k)
-    chronological[frame_at(settings.dialect, k, numbered.size())] = numbered[k];
+  for (std::size_t k = 0; k < numbered.size(); ++k) chronological[frame_at(settings.dialect, k, numbered.size())] = numbered[k];
   return chronological;
 }
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which files hold the frames of a camera, in chronological order.
 #pragma once
 
@@ -19,8 +20,7 @@ namespace srd::host::opensrd {
 // Frame_k.txt of an earlier run of these settings: out (its --out folder) or the folder of the files itself for a single
 // camera. Frame_0 is the last frame where the dialect starts at the last. kInput: none there, or a number is missing.
 [[nodiscard]] Outcome<std::vector<std::filesystem::path>> saved_features(const std::filesystem::path& out,
-                                                                         const CameraSettings& camera,
-                                                                         std::size_t camera_index,
+                                                                         const CameraSettings& camera, std::size_t camera_index,
                                                                          const Settings& settings);
 
 }  // namespace srd::host::opensrd

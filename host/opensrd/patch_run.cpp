@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/opensrd/patch_run.hpp"
 
 #include <algorithm>
@@ -23,12 +24,16 @@ std::string pixels_text(const Region& region) {
 Outcome<void> check_request(const Settings& settings, const Overrides& overrides) {
   const std::string file = settings.file.string();
   if (settings.cameras.size() != 1)
-    return Problem{Exit::kUsage, "asks for the pattern metric with several cameras", file,
-                   "one camera: min_u, max_u, min_v, max_v name one region", std::to_string(settings.cameras.size()) + " cameras",
+    return Problem{Exit::kUsage,
+                   "asks for the pattern metric with several cameras",
+                   file,
+                   "one camera: min_u, max_u, min_v, max_v name one region",
+                   std::to_string(settings.cameras.size()) + " cameras",
                    "set NumberOfCameras to 1 and run the cameras one by one"};
   if (overrides.metric)
-    return Problem{Exit::kUsage, "--metric is for corners", file,
-                   "the pattern metric, which is what settings of the 2017 release are for", "", "leave --metric out"};
+    return Problem{Exit::kUsage, "--metric is for corners",
+                   file,         "the pattern metric, which is what settings of the 2017 release are for",
+                   "",           "leave --metric out"};
   if (overrides.features)
     return Problem{Exit::kUsage, "--features is for corners", file, "images: the pattern metric uses their pixels", "", ""};
   return {};
@@ -67,8 +72,12 @@ Outcome<PoseFit> pose_of(const CameraSettings& camera, const Calibration& calibr
 Outcome<void> check_spacing(const Points& listed, const Settings& settings, const std::filesystem::path& file) {
   const double spacing = (listed[1] - listed[0]).norm(), square = settings.patch.square_mm;
   if (std::abs(spacing - square) <= 0.01 * square) return {};
-  return Problem{Exit::kInput, "does not agree with gridSize", file.string(), "points " + number_text(square) + " mm apart",
-                 number_text(spacing) + " mm", "mend gridSize or the points"};
+  return Problem{Exit::kInput,
+                 "does not agree with gridSize",
+                 file.string(),
+                 "points " + number_text(square) + " mm apart",
+                 number_text(spacing) + " mm",
+                 "mend gridSize or the points"};
 }
 
 // The settings' guess in the run's form; the release's form and a plane translate into each other.
@@ -101,9 +110,9 @@ Outcome<void> place_region(RunPlan& plan) {
   if (auto right = check_size(image->view(), camera.calibration, file); !right) return right.error();
   const Region& region = pattern.region;
   if (region.u1 > image->width || region.v1 > image->height)
-    return Problem{Exit::kUsage, "the region reaches beyond the image", file.string(),
-                   "at most u " + std::to_string(image->width) + ", v " + std::to_string(image->height), pixels_text(region),
-                   "mend max_u and max_v in the settings"};
+    return Problem{Exit::kUsage,        "the region reaches beyond the image",
+                   file.string(),       "at most u " + std::to_string(image->width) + ", v " + std::to_string(image->height),
+                   pixels_text(region), "mend max_u and max_v in the settings"};
   const auto mask = pattern_mask(image->view(), region, pattern.dark_below, pattern.bright_above);
   const int width = region.u1 - region.u0;
   Vec2<double> sum(0, 0);
@@ -117,16 +126,17 @@ Outcome<void> place_region(RunPlan& plan) {
     seen = {std::min(seen.u0, u), std::min(seen.v0, v), std::max(seen.u1, u), std::max(seen.v1, v)};
   }
   if (n == 0)
-    return Problem{Exit::kInput, "shows nothing in the region", file.string(),
-                   "pixels darker than minThreshold or brighter than maxThreshold", pixels_text(region),
-                   "check the region and the thresholds in the settings"};
+    return Problem{Exit::kInput,        "shows nothing in the region",
+                   file.string(),       "pixels darker than minThreshold or brighter than maxThreshold",
+                   pixels_text(region), "check the region and the thresholds in the settings"};
   const dsp::View<double> view{camera.calibration.camera, camera.pose};
   const auto meet = [&](double u, double v, Vec3<double>& direction) -> Result<Vec3<double>> {
     const auto xy = view.camera.undistort({u, v});
     if (!xy) return xy.error();
     direction = view.ray(*xy).direction;
     dsp::Trace<double> way;
-    const auto followed = pattern.surface.follow({view.pose.centre(), direction}, plan.guess, plan.media, pattern.plane.z, way, 0);
+    const auto followed =
+        pattern.surface.follow({view.pose.centre(), direction}, plan.guess, plan.media, pattern.plane.z, way, 0);
     if (!followed) return followed.error();
     return way.surface_point;
   };
@@ -137,8 +147,12 @@ Outcome<void> place_region(RunPlan& plan) {
     for (const double v : {seen.v0, seen.v1})
       if (const auto corner = meet(u, v, unused)) plan.points.push_back(*corner);
   if (!middle || plan.points.size() < 4)
-    return Problem{Exit::kInput, "the region's rays do not meet the surface of the guess", file.string(),
-                   "a guess above the pattern and below the camera", "", "check InitialGuess and the region"};
+    return Problem{Exit::kInput,
+                   "the region's rays do not meet the surface of the guess",
+                   file.string(),
+                   "a guess above the pattern and below the camera",
+                   "",
+                   "check InitialGuess and the region"};
   const auto tenths = [](double mm) { return std::round(10 * mm) / 10; };
   plan.model.x0 = tenths(middle->x());
   plan.model.y0 = tenths(middle->y());
@@ -174,13 +188,17 @@ Outcome<Preparation> prepare_patch(const Settings& settings, const Overrides& ov
   pattern.dark_below = settings.patch.dark_below;
   pattern.bright_above = settings.patch.bright_above;
   if (!settings.pose_from_image)
-    return Problem{Exit::kUsage, "the pattern metric needs the reference image", settings.file.string(),
-                   "TypeCameraPose 1: the image tells the colour of the squares too", "TypeCameraPose 0", ""};
+    return Problem{Exit::kUsage,           "the pattern metric needs the reference image",
+                   settings.file.string(), "TypeCameraPose 1: the image tells the colour of the squares too",
+                   "TypeCameraPose 0",     ""};
   const Outcome<Points> listed = read_points(given.pose_points);
   if (!listed) return listed.error();
   if (static_cast<int>(listed->size()) != settings.board.count())
-    return Problem{Exit::kInput, "has the wrong number of points", given.pose_points.string(),
-                   std::to_string(settings.board.count()) + " (the reference pattern's size)", std::to_string(listed->size()),
+    return Problem{Exit::kInput,
+                   "has the wrong number of points",
+                   given.pose_points.string(),
+                   std::to_string(settings.board.count()) + " (the reference pattern's size)",
+                   std::to_string(listed->size()),
                    "mend the file or the settings"};
   if (auto good = check_spacing(*listed, settings, given.pose_points); !good) return good.error();
   const Outcome<PoseFit> fit = pose_of(given, *calibration, *listed, settings, pattern.plane);

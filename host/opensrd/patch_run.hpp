@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Settings of the 2017 release turned into a run of the pattern metric on their region.
 #pragma once
 

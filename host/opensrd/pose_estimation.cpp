@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/opensrd/pose_estimation.hpp"
 
 #include <Eigen/Geometry>
@@ -37,9 +38,8 @@ bool in_one_line(std::span<const Vec3<double>> points) {
     return (a - first).squaredNorm() < (b - first).squaredNorm();
   });
   const Vec3<double> along = *farthest - first;
-  return std::all_of(points.begin(), points.end(), [&](const auto& p) {
-    return along.cross(p - first).norm() <= 1e-6 * along.squaredNorm();
-  });
+  return std::all_of(points.begin(), points.end(),
+                     [&](const auto& p) { return along.cross(p - first).norm() <= 1e-6 * along.squaredNorm(); });
 }
 
 }  // namespace
@@ -47,8 +47,7 @@ bool in_one_line(std::span<const Vec3<double>> points) {
 Points board_points(PatternSize board, double square_mm) {
   Points points;
   for (int row = 0; row < board.rows; ++row)
-    for (int column = 0; column < board.columns; ++column)
-      points.emplace_back(row * square_mm, column * square_mm, 0.0);
+    for (int column = 0; column < board.columns; ++column) points.emplace_back(row * square_mm, column * square_mm, 0.0);
   return points;
 }
 
@@ -61,8 +60,12 @@ Points seen_order(const Points& points, int position) {
 Outcome<PoseFit> fit_pose(const Calibration& calibration, std::span<const Vec2<double>> pixels,
                           std::span<const Vec3<double>> points, const std::string& where) {
   if (pixels.size() != points.size() || points.size() < 4)
-    return Problem{Exit::kInput, "cannot give a pose", where, "at least 4 corners, each with its point",
-                   std::to_string(pixels.size()) + " corners and " + std::to_string(points.size()) + " points", ""};
+    return Problem{Exit::kInput,
+                   "cannot give a pose",
+                   where,
+                   "at least 4 corners, each with its point",
+                   std::to_string(pixels.size()) + " corners and " + std::to_string(points.size()) + " points",
+                   ""};
   if (in_one_line(points))
     return Problem{Exit::kInput, "cannot give a pose", where, "points that are not all in one line", "", ""};
   std::vector<cv::Point3d> object;
@@ -70,7 +73,9 @@ Outcome<PoseFit> fit_pose(const Calibration& calibration, std::span<const Vec2<d
   for (std::size_t i = 0; i < points.size(); ++i) {
     const auto xy = calibration.camera.undistort(pixels[i]);
     if (!xy)
-      return Problem{Exit::kInput, "has a corner outside the field of the calibration", where,
+      return Problem{Exit::kInput,
+                     "has a corner outside the field of the calibration",
+                     where,
                      "corners whose distortion can be inverted",
                      number_text(pixels[i].x()) + ", " + number_text(pixels[i].y()),
                      "check that calibration and image belong together"};
@@ -100,20 +105,25 @@ Outcome<PoseFit> fit_pose(const Calibration& calibration, std::span<const Vec2<d
   for (std::size_t i = 0; i < points.size(); ++i) {
     const auto xy = view.normalised(points[i]);
     if (!xy)
-      return Problem{Exit::kInput, "gives a pose with the pattern behind the camera", where,
-                     "points in the order in which the camera sees them", "", "check the points' file and its order"};
+      return Problem{Exit::kInput, "gives a pose with the pattern behind the camera",
+                     where,        "points in the order in which the camera sees them",
+                     "",           "check the points' file and its order"};
     const double distance = (calibration.camera.pixel(*xy) - pixels[i]).norm();
     sum += distance * distance;
     fit.worst_px = std::max(fit.worst_px, distance);
   }
   fit.rms_px = std::sqrt(sum / (2.0 * static_cast<double>(points.size())));
   if (!(fit.rms_px <= kMostRms))
-    return Problem{Exit::kInput, "does not agree with the points", where,
+    return Problem{Exit::kInput,
+                   "does not agree with the points",
+                   where,
                    "residuals of at most " + number_text(kMostRms) + " px rms",
                    number_text(std::round(fit.rms_px * 100) / 100) + " px rms",
                    "check the calibration, the points' file and its order (row by row, the image's top left first)"};
   if (!(fit.pose.centre().z() > points.front().z()))
-    return Problem{Exit::kInput, "gives a camera below the pattern", where,
+    return Problem{Exit::kInput,
+                   "gives a camera below the pattern",
+                   where,
                    "points in the order in which the camera sees them",
                    "centre at Z = " + number_text(std::round(fit.pose.centre().z() * 10) / 10) + " mm",
                    "the points' order is mirrored against the image: check rows and columns"};
@@ -126,14 +136,16 @@ Outcome<PoseFit> fit_pose(const Calibration& calibration, std::span<const Vec2<d
 Outcome<void> check_size(const GrayView& image, const Calibration& calibration, const fs::path& file) {
   if (calibration.image_width == 0 || calibration.image_height == 0) return {};
   if (image.width == calibration.image_width && image.height == calibration.image_height) return {};
-  return Problem{Exit::kInput, "has not the size of the calibration", file.string(),
+  return Problem{Exit::kInput,
+                 "has not the size of the calibration",
+                 file.string(),
                  std::to_string(calibration.image_width) + " x " + std::to_string(calibration.image_height) + " px",
                  std::to_string(image.width) + " x " + std::to_string(image.height) + " px",
                  "give the calibration that was made with these camera settings"};
 }
 
-Outcome<PoseFit> pose_from_image(const fs::path& file, const Calibration& calibration, const Points& points,
-                                 PatternSize board, const CornerSearch& search) {
+Outcome<PoseFit> pose_from_image(const fs::path& file, const Calibration& calibration, const Points& points, PatternSize board,
+                                 const CornerSearch& search) {
   const Outcome<GrayImage> image = read_gray_image(file);
   if (!image) return image.error();
   if (auto right = check_size(image->view(), calibration, file); !right) return right.error();
@@ -147,13 +159,13 @@ Outcome<PoseFit> pose_from_image(const fs::path& file, const Calibration& calibr
   const bool tells = board.rows % 2 == 0 || board.columns % 2 == 0;
   const double square = (points[1] - points[0]).norm();
   if (tells && first_square_bright(corners->front(), points.front(), square, {calibration.camera, fit->pose}))
-    fit->warnings.push_back(file.string() + ": the square at the world's origin is bright; if the pattern's is dark, "
+    fit->warnings.push_back(file.string() +
+                            ": the square at the world's origin is bright; if the pattern's is dark, "
                             "the camera sees it turned by half a turn: check PositionN or the points' order");
   return fit;
 }
 
-bool first_square_bright(const BoardCorner& corner, const Vec3<double>& point, double square,
-                         const dsp::View<double>& view) {
+bool first_square_bright(const BoardCorner& corner, const Vec3<double>& point, double square, const dsp::View<double>& view) {
   const auto here = view.normalised(point);
   const auto inside = view.normalised(point + 0.25 * square * Vec3<double>(1, 1, 0));
   if (!here || !inside) return false;

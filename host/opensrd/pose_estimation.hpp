@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pose of a camera from an image of the dry pattern whose points are known. Optics (1)-(3); guide 3.2 and appendix A.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/opensrd/reconstruction.hpp"
 
 #include <algorithm>
@@ -25,10 +26,13 @@ std::string rounded(double value, int decimals) {
 Outcome<Points> points_of(const fs::path& file, PatternSize size, const std::string& keys) {
   Outcome<Points> points = read_points(file);
   if (points && static_cast<int>(points->size()) != size.count())
-    return Problem{Exit::kInput, "has the wrong number of points", file.string(),
+    return Problem{Exit::kInput,
+                   "has the wrong number of points",
+                   file.string(),
                    std::to_string(size.count()) + ": " + std::to_string(size.rows) + " rows of " +
                        std::to_string(size.columns) + " (" + keys + ")",
-                   std::to_string(points->size()), "mend the file or the settings"};
+                   std::to_string(points->size()),
+                   "mend the file or the settings"};
   return points;
 }
 
@@ -43,9 +47,8 @@ void use_common_frames(std::vector<RunCamera>& cameras, std::vector<std::string>
   }
   if (least == most) return;
   for (RunCamera& camera : cameras) camera.frames.resize(least);
-  warnings.push_back("the cameras have different numbers of frames (" + counts + "): the first " +
-                     std::to_string(least) + " of each are used, to " +
-                     cameras.front().frames.back().filename().string());
+  warnings.push_back("the cameras have different numbers of frames (" + counts + "): the first " + std::to_string(least) +
+                     " of each are used, to " + cameras.front().frames.back().filename().string());
 }
 
 }  // namespace
@@ -97,8 +100,8 @@ Outcome<Preparation> prepare(const Settings& settings, const Overrides& override
         if (!read) return read.error();
         board = *read;
       }
-      Outcome<PoseFit> fitted = pose_from_image(given.reference, *calibration, seen_order(board, given.position),
-                                                settings.board, plan.search);
+      Outcome<PoseFit> fitted =
+          pose_from_image(given.reference, *calibration, seen_order(board, given.position), settings.board, plan.search);
       if (!fitted) return fitted.error();
       fit = *fitted;
       made.warnings.insert(made.warnings.end(), fit->warnings.begin(), fit->warnings.end());
@@ -115,10 +118,9 @@ Outcome<Preparation> prepare(const Settings& settings, const Overrides& override
                         rounded(centre.z(), 2) + " mm");
     made.fits.push_back(fit);
 
-    Outcome<std::vector<fs::path>> frames =
-        overrides.features ? saved_features(*overrides.features, given, i, settings)
-        : plan.from_images ? image_files(given.frames, made.warnings)
-                           : feature_files(given.frames, made.warnings);
+    Outcome<std::vector<fs::path>> frames = overrides.features ? saved_features(*overrides.features, given, i, settings)
+                                            : plan.from_images ? image_files(given.frames, made.warnings)
+                                                               : feature_files(given.frames, made.warnings);
     if (!frames) return frames.error();
     camera.frames = std::move(frames).value();
     plan.cameras.push_back(std::move(camera));
@@ -126,7 +128,8 @@ Outcome<Preparation> prepare(const Settings& settings, const Overrides& override
   use_common_frames(plan.cameras, made.warnings);
   const fs::path& first = plan.cameras.front().frames.front();
   if (!settings.features_from_images && !overrides.features && first.filename() == frame_file_name(0))
-    made.warnings.push_back(first.parent_path().string() + ": Frame_0.txt is taken as the first frame (guide 3.2: names are "
+    made.warnings.push_back(first.parent_path().string() +
+                            ": Frame_0.txt is taken as the first frame (guide 3.2: names are "
                             "chronological); files that a run on images wrote start at the last: give them with --features");
   number_frames(plan, overrides.rate_hz);
   return made;
@@ -135,16 +138,14 @@ Outcome<Preparation> prepare(const Settings& settings, const Overrides& override
 Outcome<void> write_results(const OutputPlan& outputs, const Settings& settings, const Preparation& preparation,
                             const RunResult& result) {
   const RunPlan& plan = preparation.plan;
-  if (auto done = write_text_file(outputs.coefficients,
-                                  coefficients_text(settings.dialect, result.frames, plan.model.modes.size()));
+  if (auto done =
+          write_text_file(outputs.coefficients, coefficients_text(settings.dialect, result.frames, plan.model.modes.size()));
       !done)
     return done.error();
   if (!outputs.errors.empty())
-    if (auto done = write_text_file(outputs.errors, errors_text(settings.dialect, result.frames)); !done)
-      return done.error();
+    if (auto done = write_text_file(outputs.errors, errors_text(settings.dialect, result.frames)); !done) return done.error();
   if (!outputs.centres.empty())
-    if (auto done = write_text_file(outputs.centres, centres_text(settings.dialect, result.frames)); !done)
-      return done.error();
+    if (auto done = write_text_file(outputs.centres, centres_text(settings.dialect, result.frames)); !done) return done.error();
   if (auto done = write_series(outputs.series, outputs.summary, plan, result, preparation.head, preparation.warnings); !done)
     return done.error();
   for (std::size_t c = 0; c < outputs.poses.size(); ++c)

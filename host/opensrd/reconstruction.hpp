@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // OpenSRD's settings turned into a run, and a run into OpenSRD's files.
 #pragma once
 
@@ -5,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "drivers/recording/recorded_optics.hpp"
 #include "host/opensrd/pose_estimation.hpp"
 #include "host/opensrd/results.hpp"
-#include "drivers/recording/recorded_optics.hpp"
 #include "host/reconstruct/run.hpp"
 
 namespace srd::host::opensrd {
@@ -34,7 +35,7 @@ struct Preparation {
 [[nodiscard]] Outcome<Preparation> prepare(const Settings& settings, const Overrides& overrides);
 
 // All result files of the plan.
-[[nodiscard]] Outcome<void> write_results(const OutputPlan& outputs, const Settings& settings,
-                                          const Preparation& preparation, const RunResult& result);
+[[nodiscard]] Outcome<void> write_results(const OutputPlan& outputs, const Settings& settings, const Preparation& preparation,
+                                          const RunResult& result);
 
 }  // namespace srd::host::opensrd

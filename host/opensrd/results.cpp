@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/opensrd/results.hpp"
 
 #include <algorithm>
@@ -26,8 +27,8 @@ std::string formatted(const char* format, double value) {
 
 bool is_frame_file(const fs::path& file) {
   const std::string name = file.filename().string();
-  return name.starts_with("Frame_") && name.ends_with(".txt") &&
-         name.find_first_not_of("0123456789", 6) == name.size() - 4 && name.size() > 10;
+  return name.starts_with("Frame_") && name.ends_with(".txt") && name.find_first_not_of("0123456789", 6) == name.size() - 4 &&
+         name.size() > 10;
 }
 
 std::vector<fs::path> single_files(const OutputPlan& plan) {
@@ -70,8 +71,12 @@ Outcome<OutputPlan> plan_outputs(const Settings& settings, const fs::path& out, 
     const fs::path path = placed_below(out, given, base);
     const auto [owner, is_new] = owners.emplace(path, what);
     if (!is_new && shared.what.empty())
-      shared = {Exit::kUsage, "two results would share a file", settings.file.string(), "a name for each result",
-                path.string() + " for " + owner->second + " and " + what, "change one of the names"};
+      shared = {Exit::kUsage,
+                "two results would share a file",
+                settings.file.string(),
+                "a name for each result",
+                path.string() + " for " + owner->second + " and " + what,
+                "change one of the names"};
     return path;
   };
   OutputPlan plan;
@@ -80,8 +85,7 @@ Outcome<OutputPlan> plan_outputs(const Settings& settings, const fs::path& out, 
   if (!settings.patch.centres_output.empty()) plan.centres = place(settings.patch.centres_output, "the centres");
   for (std::size_t i = 0; i < settings.cameras.size(); ++i) {
     const std::string camera = "camera " + std::to_string(i + 1);
-    if (with_poses && settings.save_pose)
-      plan.poses.push_back(place(settings.cameras[i].pose_output, "the pose of " + camera));
+    if (with_poses && settings.save_pose) plan.poses.push_back(place(settings.cameras[i].pose_output, "the pose of " + camera));
     if (with_features && settings.save_features)
       plan.features.push_back(place(settings.cameras[i].features_output, "the features of " + camera));
   }
@@ -100,8 +104,12 @@ Outcome<void> check_free(const OutputPlan& plan, bool force) {
       return Problem{Exit::kUsage, "is there already", file.string(), "an --out folder without results", "", advice};
   for (const fs::path& folder : plan.features)
     if (const auto old = numbered_frames(folder); !old.empty())
-      return Problem{Exit::kUsage, "holds feature files already", folder.string(), "an --out folder without results",
-                     old.front().filename().string(), advice};
+      return Problem{Exit::kUsage,
+                     "holds feature files already",
+                     folder.string(),
+                     "an --out folder without results",
+                     old.front().filename().string(),
+                     advice};
   return {};
 }
 
@@ -113,8 +121,8 @@ Outcome<void> prepare_outputs(const OutputPlan& plan, bool force) {
   for (const fs::path& folder : folders) {
     fs::create_directories(folder, error);
     if (error)
-      return Problem{Exit::kUsage, "cannot be made", folder.string(), "a folder that can be written", error.message(),
-                     "give another --out"};
+      return Problem{Exit::kUsage,    "cannot be made",    folder.string(), "a folder that can be written",
+                     error.message(), "give another --out"};
   }
   for (const fs::path& folder : plan.features)
     for (const fs::path& old : numbered_frames(folder)) fs::remove(old, error);
@@ -130,8 +138,7 @@ std::string coefficients_text(Dialect dialect, std::span<const FrameRecord> fram
   for (std::size_t k = 0; k < frames.size(); ++k) {
     const FrameRecord& frame = frames[frame_at(dialect, k, frames.size())];
     for (int j = 0; j < parameters; ++j)
-      text += (j == 0 ? "[" : ",") +
-              formatted("%.5f", frame.has_surface() ? frame.estimate.coefficients[j] : std::nan(""));
+      text += (j == 0 ? "[" : ",") + formatted("%.5f", frame.has_surface() ? frame.estimate.coefficients[j] : std::nan(""));
     text += "]\n";
   }
   return text;
@@ -158,17 +165,14 @@ std::string centres_text(Dialect dialect, std::span<const FrameRecord> frames) {
 }
 
 Outcome<void> write_feature_files(const fs::path& folder, Dialect dialect, std::span<const FrameRecord> frames,
-                                  std::size_t camera, const dsp::CameraModel<double>& model,
-                                  std::span<const int> ids) {
+                                  std::size_t camera, const dsp::CameraModel<double>& model, std::span<const int> ids) {
   for (std::size_t k = 0; k < frames.size(); ++k) {
     std::vector<Feature> features;
     for (const auto& corner : frames[frame_at(dialect, k, frames.size())].corners[camera])
-      features.push_back({ids[static_cast<std::size_t>(corner.point)],
-                          model.fx() * corner.normalised.x() + model.cx(),
+      features.push_back({ids[static_cast<std::size_t>(corner.point)], model.fx() * corner.normalised.x() + model.cx(),
                           model.fy() * corner.normalised.y() + model.cy()});
     std::sort(features.begin(), features.end(), [](const Feature& a, const Feature& b) { return a.id < b.id; });
-    if (auto written = write_features(folder / frame_file_name(k), features); !written)
-      return written.error();
+    if (auto written = write_features(folder / frame_file_name(k), features); !written) return written.error();
   }
   return {};
 }

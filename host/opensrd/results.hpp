@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Result files as OpenSRD names and orders them. Its guide and its code of 2016 start at the last frame; the release of
 // 2017 goes forward. Records are chronological everywhere else.
 #pragma once
@@ -16,18 +17,18 @@ namespace srd::host::opensrd {
 // Where everything goes. Paths in the settings keep their folders; absolute ones, and ones that climb out of the
 // settings' folder, keep their last name only.
 struct OutputPlan {
-  std::filesystem::path coefficients;            // empty: a recording has none
-  std::filesystem::path errors;                  // empty: not asked for
-  std::filesystem::path centres;                 // 2017 only; empty: not asked for
-  std::vector<std::filesystem::path> poses;      // one a camera; empty: not asked for
-  std::vector<std::filesystem::path> features;   // folder, one a camera; empty: not asked for
-  std::filesystem::path series;                  // surface.csv, chronological
-  std::filesystem::path summary;                 // summary.txt
+  std::filesystem::path coefficients;           // empty: a recording has none
+  std::filesystem::path errors;                 // empty: not asked for
+  std::filesystem::path centres;                // 2017 only; empty: not asked for
+  std::vector<std::filesystem::path> poses;     // one a camera; empty: not asked for
+  std::vector<std::filesystem::path> features;  // folder, one a camera; empty: not asked for
+  std::filesystem::path series;                 // surface.csv, chronological
+  std::filesystem::path summary;                // summary.txt
 };
 
 // with_poses, with_features: whether this run makes any. kUsage when two results would share a file.
-[[nodiscard]] Outcome<OutputPlan> plan_outputs(const Settings& settings, const std::filesystem::path& out,
-                                               bool with_poses, bool with_features);
+[[nodiscard]] Outcome<OutputPlan> plan_outputs(const Settings& settings, const std::filesystem::path& out, bool with_poses,
+                                               bool with_features);
 // kUsage when a result is there already and force is false. Changes nothing.
 [[nodiscard]] Outcome<void> check_free(const OutputPlan& plan, bool force);
 // check_free, then makes the folders. With force, Frame_k.txt of an earlier run are removed, so that no two runs mix.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/opensrd/settings.hpp"
 
 #include <algorithm>
@@ -30,8 +31,12 @@ class Reader {
 
   Outcome<Settings> read() {
     if (!values_.has({"OutputFileName"}) && values_.has({"Write_outputFileName"}))
-      return Problem{Exit::kUsage, "are settings of a calibration", settings_.file.string(),
-                     "settings of a reconstruction", "key 'Write_outputFileName'", "srd calibrate reads them"};
+      return Problem{Exit::kUsage,
+                     "are settings of a calibration",
+                     settings_.file.string(),
+                     "settings of a reconstruction",
+                     "key 'Write_outputFileName'",
+                     "srd calibrate reads them"};
     ignore();
     flags();
     boards();
@@ -103,8 +108,8 @@ class Reader {
       settings_.board = pattern_size("BoardSize_", "RefPatternSize_");
       if (guide()) settings_.square_mm = number({"Square_Size"}, kLength, "side of a square of the board, mm");
     } else {
-      for (const char* key : {"BoardSize_Width", "BoardSize_Height", "RefPatternSize_Width", "RefPatternSize_Height",
-                              "Square_Size"})
+      for (const char* key :
+           {"BoardSize_Width", "BoardSize_Height", "RefPatternSize_Width", "RefPatternSize_Height", "Square_Size"})
         values_.know({key});
     }
     if (!patch()) {
@@ -120,8 +125,8 @@ class Reader {
     p.region.v1 = integer({"max_v"}, pixels, "largest v of the region, px");
     if (values_.finish() && p.region.empty())
       values_.complain({"max_u"}, "min_u < max_u and min_v < max_v",
-                       std::to_string(p.region.u0) + ".." + std::to_string(p.region.u1) + ", " +
-                           std::to_string(p.region.v0) + ".." + std::to_string(p.region.v1));
+                       std::to_string(p.region.u0) + ".." + std::to_string(p.region.u1) + ", " + std::to_string(p.region.v0) +
+                           ".." + std::to_string(p.region.v1));
     p.dark_below = integer({"minThreshold"}, levels, "grey level below which a pixel is dark");
     p.bright_above = integer({"maxThreshold"}, levels, "grey level above which a pixel is bright");
   }
@@ -156,8 +161,7 @@ class Reader {
     const std::optional<std::vector<double>> scale = values_.numbers(scale_key);
     if (!scale) return;
     if (scale->size() != n)
-      values_.complain(scale_key, std::to_string(n) + " numbers, one a parameter",
-                       std::to_string(scale->size()) + " numbers");
+      values_.complain(scale_key, std::to_string(n) + " numbers, one a parameter", std::to_string(scale->size()) + " numbers");
     else if (std::any_of(scale->begin(), scale->end(), [](double x) { return x <= 0; }))
       values_.complain(scale_key, "numbers above 0", "a number of 0 or less");
     else
@@ -177,8 +181,7 @@ class Reader {
   void detector() {
     const KeyNames radius = {"ResponseRadius"}, threshold = {"ResponseThreshold"}, distance = {"MinDistance"};
     settings_.response_radius = values_.integer(radius, {1, 100, "px"}).value_or(5);
-    if (const int r = settings_.response_radius; r != 5 && r != 10)
-      values_.complain(radius, "5 or 10 px", std::to_string(r));
+    if (const int r = settings_.response_radius; r != 5 && r != 10) values_.complain(radius, "5 or 10 px", std::to_string(r));
     settings_.response_threshold = values_.integer(threshold, {1, kLargestResponse, ""}).value_or(350);
     settings_.min_distance_px = values_.number(distance, {1, 1000, "px"}).value_or(15);
     settings_.match_radius_px = values_.number({"MatchesThreshold"}, {0.1, 1000, "px"}).value_or(10);
@@ -244,8 +247,7 @@ class Reader {
       return;
     }
     settings_.errors_output = values_.text(errors).value_or("");
-    if (settings_.save_errors && !values_.has(errors))
-      values_.missing(errors, "a file name, because errors are to be saved");
+    if (settings_.save_errors && !values_.has(errors)) values_.missing(errors, "a file name, because errors are to be saved");
   }
 
   XmlValues values_;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // OpenSRD's settings.xml in its three dialects, read by key, with every path resolved and every number checked.
 // Dialects, keys and rules: the user guide 3.3 (kGuide), the code of 2016 (k2016) and the release of 2017 (k2017).
 #pragma once
@@ -40,9 +41,9 @@ struct CameraSettings {
 
 // What only the 2017 release has: the pattern-consistency metric on one region of the image.
 struct PatchSettings {
-  Region region;            // px; min_u <= u < max_u, min_v <= v < max_v
+  Region region;  // px; min_u <= u < max_u, min_v <= v < max_v
   double square_mm = 0;
-  int dark_below = 0;       // grey levels
+  int dark_below = 0;  // grey levels
   int bright_above = 0;
   std::filesystem::path centres_output;
 };
@@ -57,14 +58,14 @@ struct Settings {
   bool save_features = true;
   bool save_errors = true;
 
-  PatternSize board;    // seen in the reference image
+  PatternSize board;     // seen in the reference image
   double square_mm = 0;  // of the board; kGuide
-  PatternSize pattern;  // of the feature points
-  PatchSettings patch;  // k2017
+  PatternSize pattern;   // of the feature points
+  PatchSettings patch;   // k2017
 
   // k2017: 2, its form with a horizontal surface for the intersection and one slope.
   int parameters = 0;
-  double lx = 0, ly = 0;  // mm
+  double lx = 0, ly = 0;      // mm
   std::vector<double> guess;  // mm, one a parameter: shorter guesses are filled with zeros
   std::vector<double> scale;  // one a parameter
 
@@ -72,10 +73,10 @@ struct Settings {
   double epsg = 0, epsf = 0, epsx = 0;  // 0: off
   int max_iterations = 0;               // 0: no limit of the settings
 
-  int response_radius = 5;          // px, 5 or 10
-  int response_threshold = 350;     // of optics (22)
-  double min_distance_px = 15;      // between corners
-  double match_radius_px = 10;      // between prediction and corner
+  int response_radius = 5;       // px, 5 or 10
+  int response_threshold = 350;  // of optics (22)
+  double min_distance_px = 15;   // between corners
+  double match_radius_px = 10;   // between prediction and corner
 
   std::filesystem::path coefficients_output;
   std::filesystem::path errors_output;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/opensrd/xml_values.hpp"
 
 #include <algorithm>
@@ -82,8 +83,12 @@ Outcome<XmlValues> XmlValues::load(const std::filesystem::path& file) {
 
 Outcome<XmlValues> XmlValues::parse(const std::string& text, const std::filesystem::path& file) {
   const auto wrong = [&](const std::string& found, const std::string& line = {}) {
-    return Problem{Exit::kUsage, "is not an OpenSRD settings file", file.string() + (line.empty() ? "" : ":" + line),
-                   kExpected, found, "every value of several words stands in double quotes"};
+    return Problem{Exit::kUsage,
+                   "is not an OpenSRD settings file",
+                   file.string() + (line.empty() ? "" : ":" + line),
+                   kExpected,
+                   found,
+                   "every value of several words stands in double quotes"};
   };
   if (text.find("<opencv_storage") == std::string::npos) return wrong("no <opencv_storage>");
   XmlValues values;
@@ -145,8 +150,7 @@ std::optional<int> XmlValues::integer(const KeyNames& key, const NumberRange& ra
   if (entry == nullptr) return std::nullopt;
   // 5.0 and 5. are whole numbers too.
   const std::optional<double> x = parse_number<double>(entry->value);
-  if (x && *x >= range.least && *x <= range.most && *x == std::floor(*x) && std::abs(*x) < 1e9)
-    return static_cast<int>(*x);
+  if (x && *x >= range.least && *x <= range.most && *x == std::floor(*x) && std::abs(*x) < 1e9) return static_cast<int>(*x);
   complain(key, range_text(range, "a whole number"), entry->value);
   return std::nullopt;
 }
@@ -194,8 +198,8 @@ void XmlValues::missing(const KeyNames& key, const std::string& expected) {
 }
 
 void XmlValues::complain(const KeyNames& key, const std::string& expected, const std::string& found) {
-  problems_.push_back({Exit::kUsage, "key '" + name(key) + "'", where(key), expected,
-                       found.empty() ? "nothing" : "'" + found + "'", ""});
+  problems_.push_back(
+      {Exit::kUsage, "key '" + name(key) + "'", where(key), expected, found.empty() ? "nothing" : "'" + found + "'", ""});
 }
 
 std::vector<std::string> XmlValues::unknown() const {

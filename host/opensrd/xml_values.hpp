@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Values of OpenSRD's settings.xml (OpenCV FileStorage, one <Settings> element) by key. Upper and lower case are the same:
 // OpenSRD's versions differ in it. A key may have several names. Problems collect, so a person mends the file in one go.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/plot/axis.hpp"
 
 #include <algorithm>
@@ -15,8 +16,8 @@ constexpr double kTickText = 10.5, kLabelText = 11, kTitleText = 12;
 constexpr double kThinWidth = 0.5;  // of a column that a long series is thinned to
 
 // Lines of the panel, thinned: first, least, most and last of each column.
-std::vector<Place> thinned(const Panel& panel, std::span<const double> x, std::span<const double> y,
-                           std::size_t from, std::size_t to) {
+std::vector<Place> thinned(const Panel& panel, std::span<const double> x, std::span<const double> y, std::size_t from,
+                           std::size_t to) {
   std::vector<Place> all;
   all.reserve(to - from);
   for (std::size_t i = from; i < to; ++i) all.push_back(panel.at(x[i], y[i]));
@@ -75,8 +76,7 @@ std::string tick_label(double value, const std::vector<double>& all, bool logari
       std::snprintf(text.data(), text.size(), "1e%d", static_cast<int>(power));
   } else {
     const double step = all.size() > 1 ? all[1] - all[0] : std::max(std::abs(value), 1e-3);
-    const double largest =
-        std::max(std::abs(all.empty() ? value : all.front()), std::abs(all.empty() ? value : all.back()));
+    const double largest = std::max(std::abs(all.empty() ? value : all.front()), std::abs(all.empty() ? value : all.back()));
     const int digits = std::clamp(static_cast<int>(-std::floor(std::log10(step) + 1e-9)), 0, 15);
     if (digits > 5 || largest >= 1e7)
       std::snprintf(text.data(), text.size(), "%.4g", value);
@@ -97,8 +97,7 @@ Scale scale_round(double low, double high) {
 Place Panel::at(double x_value, double y_value) const {
   // Far outside is as good as outside, and keeps numbers in the files short.
   const auto inside = [](double part) { return std::clamp(part, -2.0, 3.0); };
-  return {area.x + inside(x.part(x_value)) * area.width,
-          area.bottom() - inside(y.part(y_value)) * area.height};
+  return {area.x + inside(x.part(x_value)) * area.width, area.bottom() - inside(y.part(y_value)) * area.height};
 }
 
 void draw_panel(Scene& scene, const Panel& panel, const PanelLabels& labels) {
@@ -110,8 +109,7 @@ void draw_panel(Scene& scene, const Panel& panel, const PanelLabels& labels) {
     const double at = panel.at(x, panel.y.low).x;
     scene.line({at, a.y}, {at, a.bottom()}, grid);
     scene.line({at, a.bottom()}, {at, a.bottom() + 4}, tick);
-    if (!labels.x_label.empty())
-      scene.add(Text{{at, a.bottom() + 16}, tick_label(x, xs), kTickText, Anchor::kMiddle, kInk});
+    if (!labels.x_label.empty()) scene.add(Text{{at, a.bottom() + 16}, tick_label(x, xs), kTickText, Anchor::kMiddle, kInk});
   }
   for (const double y : ys) {
     const double at = panel.at(panel.x.low, y).y;
@@ -124,23 +122,15 @@ void draw_panel(Scene& scene, const Panel& panel, const PanelLabels& labels) {
   if (!labels.x_label.empty())
     scene.add(Text{{a.x + a.width / 2, a.bottom() + 33}, labels.x_label, kLabelText, Anchor::kMiddle, kInk});
   if (!labels.y_label.empty())
-    scene.add(Text{{a.x - 15 - widest, a.y + a.height / 2},
-                   labels.y_label,
-                   kLabelText,
-                   Anchor::kMiddle,
-                   kInk,
-                   false,
-                   true});
-  if (!labels.title.empty())
-    scene.add(Text{{a.x, a.y - 6}, labels.title, kTitleText, Anchor::kStart, kInk, true});
-  if (!labels.remark.empty())
-    scene.add(Text{{a.right(), a.y - 6}, labels.remark, kTickText, Anchor::kEnd, kFaintInk});
+    scene.add(Text{{a.x - 15 - widest, a.y + a.height / 2}, labels.y_label, kLabelText, Anchor::kMiddle, kInk, false, true});
+  if (!labels.title.empty()) scene.add(Text{{a.x, a.y - 6}, labels.title, kTitleText, Anchor::kStart, kInk, true});
+  if (!labels.remark.empty()) scene.add(Text{{a.right(), a.y - 6}, labels.remark, kTickText, Anchor::kEnd, kFaintInk});
 }
 
 void finish_panel(Scene& scene, const Panel& panel, const PanelLabels& labels) {
   scene.box(panel.area, std::nullopt, Stroke{kFaintInk, 0.8});
-  scene.add(AxesMark{panel.area, panel.x.low, panel.x.high, panel.y.low, panel.y.high, panel.y.logarithmic,
-                     labels.x_unit, labels.y_unit});
+  scene.add(AxesMark{panel.area, panel.x.low, panel.x.high, panel.y.low, panel.y.high, panel.y.logarithmic, labels.x_unit,
+                     labels.y_unit});
 }
 
 void draw_series(Scene& scene, const Panel& panel, std::span<const double> x, std::span<const double> y,
@@ -168,10 +158,7 @@ void draw_band(Scene& scene, const Panel& panel, std::span<const double> x, std:
     const std::vector<Place> back = thinned(panel, x, low, from, to);
     part.insert(part.end(), back.rbegin(), back.rend());
     if (to - from == 1) {  // one frame: as wide as its dot
-      part = {{part[0].x - 1, part[0].y},
-              {part[0].x + 1, part[0].y},
-              {part[0].x + 1, back[0].y},
-              {part[0].x - 1, back[0].y}};
+      part = {{part[0].x - 1, part[0].y}, {part[0].x + 1, part[0].y}, {part[0].x + 1, back[0].y}, {part[0].x - 1, back[0].y}};
     }
     band.parts.push_back(std::move(part));
   }
@@ -181,15 +168,9 @@ void draw_band(Scene& scene, const Panel& panel, std::span<const double> x, std:
 void draw_legend(Scene& scene, Place at, const std::vector<LegendEntry>& entries) {
   for (const LegendEntry& entry : entries) {
     switch (entry.mark) {
-      case LegendMark::kLine:
-        scene.line({at.x, at.y - 4}, {at.x + 22, at.y - 4}, entry.stroke);
-        break;
-      case LegendMark::kPatch:
-        scene.box({at.x, at.y - 8, 22, 8}, entry.stroke.colour);
-        break;
-      case LegendMark::kTick:
-        scene.line({at.x + 4, at.y - 8}, {at.x + 4, at.y}, entry.stroke);
-        break;
+      case LegendMark::kLine: scene.line({at.x, at.y - 4}, {at.x + 22, at.y - 4}, entry.stroke); break;
+      case LegendMark::kPatch: scene.box({at.x, at.y - 8, 22, 8}, entry.stroke.colour); break;
+      case LegendMark::kTick: scene.line({at.x + 4, at.y - 8}, {at.x + 4, at.y}, entry.stroke); break;
     }
     at.x += entry.mark == LegendMark::kTick ? 11 : 28;
     scene.add(Text{at, entry.text, kLabelText, Anchor::kStart, kInk});

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Panels: a rectangle of the drawing with a scale each way, ticks at round numbers, lines, bands and marks in
 // it.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 
 #include "host/plot/figures.hpp"
@@ -14,8 +15,7 @@ constexpr double kLegendAt = 46, kPanelsFrom = 52;
 TrueSeries true_series(const CoefficientRun& run, const Timeline& timeline, const Truth& truth, MatchBy by) {
   TrueSeries series{truth.modes, {}, {}};
   for (std::size_t i = 0; i < truth.rows.size(); ++i) {
-    const double at = by == MatchBy::kTime
-                          ? static_cast<double>(truth.rows[i].time_ns - run.rows[0].time_ns) * 1e-9
+    const double at = by == MatchBy::kTime          ? static_cast<double>(truth.rows[i].time_ns - run.rows[0].time_ns) * 1e-9
                       : i < timeline.seconds.size() ? timeline.seconds[i]
                                                     : -1;
     if (at < 0 || at > timeline.seconds.back()) continue;
@@ -67,11 +67,9 @@ Figure coefficient_figure(const PlotInput& input) {
     if (grid.lowest(i)) labels.x_label = "time since the first frame, s";
     draw_panel(scene, panel, labels);
     if (!true_values.empty())
-      draw_series(scene, panel, input.truth->seconds, true_values, {{0, true_values.size()}},
-                  truth_stroke(input), "true");
+      draw_series(scene, panel, input.truth->seconds, true_values, {{0, true_values.size()}}, truth_stroke(input), "true");
     draw_band(scene, panel, input.timeline.seconds, low, high, unbroken(input.timeline, low), kBandColour);
-    draw_series(scene, panel, input.timeline.seconds, values, unbroken(input.timeline, values),
-                kEstimateStroke, "series");
+    draw_series(scene, panel, input.timeline.seconds, values, unbroken(input.timeline, values), kEstimateStroke, "series");
     draw_failures(scene, panel, input);
     finish_panel(scene, panel, labels);
   }

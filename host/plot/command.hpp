@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `srd plot FILE.csv`: PNG figures and one self-contained HTML page.
 #pragma once
 

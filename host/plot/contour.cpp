@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/plot/contour.hpp"
 
 #include <array>
@@ -16,12 +17,8 @@ struct Grid {
   double level;
 
   [[nodiscard]] bool above(Eigen::Index row, Eigen::Index column) const { return z(row, column) >= level; }
-  [[nodiscard]] Edge rightwards(Eigen::Index row, Eigen::Index column) const {
-    return 2 * (row * z.cols() + column);
-  }
-  [[nodiscard]] Edge downwards(Eigen::Index row, Eigen::Index column) const {
-    return rightwards(row, column) + 1;
-  }
+  [[nodiscard]] Edge rightwards(Eigen::Index row, Eigen::Index column) const { return 2 * (row * z.cols() + column); }
+  [[nodiscard]] Edge downwards(Eigen::Index row, Eigen::Index column) const { return rightwards(row, column) + 1; }
   [[nodiscard]] Place crossing(Edge edge) const {
     const Eigen::Index row = edge / 2 / z.cols(), column = edge / 2 % z.cols();
     const bool down = edge % 2 == 1;
@@ -32,8 +29,7 @@ struct Grid {
 };
 
 // The pieces of the line in one cell, as pairs of edges.
-void cell_pieces(const Grid& g, Eigen::Index row, Eigen::Index column,
-                 std::vector<std::pair<Edge, Edge>>& pieces) {
+void cell_pieces(const Grid& g, Eigen::Index row, Eigen::Index column, std::vector<std::pair<Edge, Edge>>& pieces) {
   const bool nw = g.above(row, column), ne = g.above(row, column + 1);
   const bool sw = g.above(row + 1, column), se = g.above(row + 1, column + 1);
   const Edge north = g.rightwards(row, column), south = g.rightwards(row + 1, column);
@@ -63,8 +59,7 @@ std::vector<std::vector<Place>> contour_lines(const Eigen::MatrixXd& heights, do
   const Grid grid{heights, level};
   std::vector<std::pair<Edge, Edge>> pieces;
   for (Eigen::Index row = 0; row + 1 < heights.rows(); ++row)
-    for (Eigen::Index column = 0; column + 1 < heights.cols(); ++column)
-      cell_pieces(grid, row, column, pieces);
+    for (Eigen::Index column = 0; column + 1 < heights.cols(); ++column) cell_pieces(grid, row, column, pieces);
   std::multimap<Edge, std::size_t> at;
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     at.emplace(pieces[i].first, i);

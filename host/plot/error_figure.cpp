@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -39,8 +40,7 @@ void draw_surface_rms(Scene& scene, const PlotInput& input) {
                            .y_unit = "mm",
                            .most_x_ticks = 12};
   draw_panel(scene, panel, labels);
-  draw_series(scene, panel, input.timeline.seconds, values, unbroken(input.timeline, values), kErrorStroke,
-              "series");
+  draw_series(scene, panel, input.timeline.seconds, values, unbroken(input.timeline, values), kErrorStroke, "series");
   draw_failures(scene, panel, input);
   finish_panel(scene, panel, labels);
 }
@@ -50,8 +50,7 @@ void draw_surface_rms(Scene& scene, const PlotInput& input) {
 Figure error_figure(const PlotInput& input) {
   const Comparison& comparison = *input.comparison;
   const bool with_surface = input.geometry.has_value();
-  const PanelGrid grid(static_cast<std::size_t>(comparison.modes.size()),
-                       with_surface ? kSurfaceArea.bottom() + 40 : 52);
+  const PanelGrid grid(static_cast<std::size_t>(comparison.modes.size()), with_surface ? kSurfaceArea.bottom() + 40 : 52);
   Figure figure{"errors", {}, Scene(kFigureWidth, grid.bottom())};
   Scene& scene = figure.scene;
   draw_heading(scene, "Estimated minus true", "node " + input.run.node);
@@ -65,8 +64,8 @@ Figure error_figure(const PlotInput& input) {
     const auto i = static_cast<std::size_t>(j);
     const int at_run = input.run.modes.index_of(comparison.modes[j]);
     const std::vector<double> values = by_row(input, [&](const FrameError& f) { return f.mode[i]; });
-    std::vector<double> low = by_row(
-        input, [&](const FrameError& f) { return -2 * input.run.rows[f.row].standard_deviation[at_run]; });
+    std::vector<double> low =
+        by_row(input, [&](const FrameError& f) { return -2 * input.run.rows[f.row].standard_deviation[at_run]; });
     std::vector<double> high = low;
     for (double& h : high) h = -h;
     Range range;
@@ -87,17 +86,14 @@ Figure error_figure(const PlotInput& input) {
     draw_band(scene, panel, input.timeline.seconds, low, high, unbroken(input.timeline, low), kBandColour);
     const Place zero = panel.at(0, 0);
     scene.line({panel.area.x, zero.y}, {panel.area.right(), zero.y}, Stroke{kFaintInk, 0.7});
-    draw_series(scene, panel, input.timeline.seconds, values, unbroken(input.timeline, values), kErrorStroke,
-                "series");
+    draw_series(scene, panel, input.timeline.seconds, values, unbroken(input.timeline, values), kErrorStroke, "series");
     draw_failures(scene, panel, input);
     finish_panel(scene, panel, labels);
   }
-  figure.caption =
-      std::string("Estimated minus true") +
-      (with_surface
-           ? ", at the top as the rms over the pattern\u2019s places of each frame, then each coefficient"
-           : " coefficients") +
-      ", with a band of two stated standard deviations each way.";
+  figure.caption = std::string("Estimated minus true") +
+                   (with_surface ? ", at the top as the rms over the pattern\u2019s places of each frame, then each coefficient"
+                                 : " coefficients") +
+                   ", with a band of two stated standard deviations each way.";
   return figure;
 }
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The figures of `srd plot`. Each is one drawing with its caption; a caption says what the lines are and how
 // they came.
 #pragma once
@@ -34,8 +35,7 @@ struct Figure {
 };
 
 // Truth rows within the run's time (kTime), or at the times of the run's rows (kOrder).
-[[nodiscard]] TrueSeries true_series(const CoefficientRun& run, const Timeline& timeline, const Truth& truth,
-                                     MatchBy by);
+[[nodiscard]] TrueSeries true_series(const CoefficientRun& run, const Timeline& timeline, const Truth& truth, MatchBy by);
 
 // Every mode over time, a panel each.
 [[nodiscard]] Figure coefficient_figure(const PlotInput& input);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
 
@@ -18,9 +19,7 @@ constexpr double kFigureHeight = 590;
 std::vector<double> height_series(const PlotInput& input) {
   std::vector<double> heights;
   for (const CoefficientRow& row : input.run.rows) heights.push_back(row.height_mm);
-  if (std::any_of(heights.begin(), heights.end(), [](double h) { return std::isfinite(h); }) ||
-      !input.geometry)
-    return heights;
+  if (std::any_of(heights.begin(), heights.end(), [](double h) { return std::isfinite(h); }) || !input.geometry) return heights;
   const PatternExtent& e = input.geometry->pattern;
   for (std::size_t i = 0; i < heights.size(); ++i)
     if (input.run.rows[i].has_surface())
@@ -34,19 +33,16 @@ std::vector<double> true_heights(const PlotInput& input) {
   dsp::SurfaceModel<double> model = input.geometry->model;
   model.modes = input.truth->modes;
   const PatternExtent& e = input.geometry->pattern;
-  for (const auto& a : input.truth->coefficients)
-    heights.push_back(model.height(a, e.x_centre(), e.y_centre()));
+  for (const auto& a : input.truth->coefficients) heights.push_back(model.height(a, e.x_centre(), e.y_centre()));
   return heights;
 }
 
 void draw_peak(Scene& scene, const Panel& panel, const Spectrum& spectrum, std::size_t peak) {
   const Place at = panel.at(spectrum.frequency_hz[peak], spectrum.amplitude[peak]);
-  const std::string text =
-      formatted("%.3g Hz: ", spectrum.frequency_hz[peak]) + formatted("%.3g mm", spectrum.amplitude[peak]);
+  const std::string text = formatted("%.3g Hz: ", spectrum.frequency_hz[peak]) + formatted("%.3g mm", spectrum.amplitude[peak]);
   const bool left = at.x + 8 + text_width(text, 11) > panel.area.right();
   scene.add(Lines{.parts = {{at}}, .stroke = Stroke{kVermilion, 5}});
-  scene.add(
-      Text{{at.x + (left ? -5 : 5), at.y - 6}, text, 11, left ? Anchor::kEnd : Anchor::kStart, kInk, true});
+  scene.add(Text{{at.x + (left ? -5 : 5), at.y - 6}, text, 11, left ? Anchor::kEnd : Anchor::kStart, kInk, true});
 }
 
 void draw_spectrum(Scene& scene, const Spectrum& spectrum) {
@@ -65,8 +61,8 @@ void draw_spectrum(Scene& scene, const Spectrum& spectrum) {
                            .most_x_ticks = 14,
                            .most_y_ticks = 8};
   draw_panel(scene, panel, labels);
-  draw_series(scene, panel, spectrum.frequency_hz, spectrum.amplitude, {{0, spectrum.amplitude.size()}},
-              kEstimateStroke, "series");
+  draw_series(scene, panel, spectrum.frequency_hz, spectrum.amplitude, {{0, spectrum.amplitude.size()}}, kEstimateStroke,
+              "series");
   if (*largest > 5 * floor_level) draw_peak(scene, panel, spectrum, peak);
   finish_panel(scene, panel, labels);
 }
@@ -97,21 +93,16 @@ std::optional<Figure> height_figure(const PlotInput& input) {
                            .most_x_ticks = 14,
                            .most_y_ticks = 6};
   draw_panel(scene, panel, labels);
-  if (!real.empty())
-    draw_series(scene, panel, input.truth->seconds, real, {{0, real.size()}}, truth_stroke(input), "true");
-  draw_series(scene, panel, input.timeline.seconds, heights, unbroken(input.timeline, heights),
-              kEstimateStroke, "series");
+  if (!real.empty()) draw_series(scene, panel, input.truth->seconds, real, {{0, real.size()}}, truth_stroke(input), "true");
+  draw_series(scene, panel, input.timeline.seconds, heights, unbroken(input.timeline, heights), kEstimateStroke, "series");
   draw_failures(scene, panel, input);
   finish_panel(scene, panel, labels);
   figure.caption = "Height of the water surface at the pattern\u2019s centre. ";
 
   const Spectrum spectrum = amplitude_spectrum(input.timeline.seconds, heights, input.timeline.interval_s);
   if (spectrum.amplitude.empty()) {
-    scene.add(Text{{kSpectrumArea.x, kSpectrumArea.y},
-                   "No spectrum: fewer than 8 frames in a row.",
-                   12,
-                   Anchor::kStart,
-                   kFaintInk});
+    scene.add(
+        Text{{kSpectrumArea.x, kSpectrumArea.y}, "No spectrum: fewer than 8 frames in a row.", 12, Anchor::kStart, kFaintInk});
     figure.caption += "There are too few frames for a spectrum.";
     return figure;
   }
@@ -119,12 +110,11 @@ std::optional<Figure> height_figure(const PlotInput& input) {
   figure.caption +=
       "The spectrum is one-sided: a sine of 1 mm shows as 1 mm at its frequency. Hann window, corrected for "
       "its gain; mean removed; samples every " +
-      formatted("%.4g", 1e3 * input.timeline.interval_s) + " ms; a line is " +
-      formatted("%.2g", spectrum.resolution_hz) + " Hz wide at half its height. ";
-  figure.caption += spectrum.filled_fraction > 0
-                        ? formatted("%.2g", 100 * spectrum.filled_fraction) +
-                              " % of the samples are gaps, filled with the nearest valid height."
-                        : std::string("No sample is missing.");
+      formatted("%.4g", 1e3 * input.timeline.interval_s) + " ms; a line is " + formatted("%.2g", spectrum.resolution_hz) +
+      " Hz wide at half its height. ";
+  figure.caption += spectrum.filled_fraction > 0 ? formatted("%.2g", 100 * spectrum.filled_fraction) +
+                                                       " % of the samples are gaps, filled with the nearest valid height."
+                                                 : std::string("No sample is missing.");
   return figure;
 }
 

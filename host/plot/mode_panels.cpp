@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/plot/mode_panels.hpp"
 
 #include <algorithm>
@@ -24,8 +25,8 @@ Rectangle PanelGrid::area(std::size_t i) const {
   const auto n = static_cast<double>(columns);
   const double width = (kFigureWidth - kLeftMargin - kRightMargin - (n - 1) * kColumnGap) / n;
   const auto column = static_cast<double>(i % columns), row = static_cast<double>(i / columns);
-  return {kLeftMargin + column * (width + kColumnGap), top + kTitleRoom + row * (kPanelHeight + kTitleRoom),
-          width, kPanelHeight};
+  return {kLeftMargin + column * (width + kColumnGap), top + kTitleRoom + row * (kPanelHeight + kTitleRoom), width,
+          kPanelHeight};
 }
 
 double PanelGrid::bottom() const { return area(count - 1).bottom() + kAxisRoom; }
@@ -44,14 +45,9 @@ void draw_failures(Scene& scene, const Panel& panel, const PlotInput& input) {
   std::map<std::string, std::set<long>> columns;  // half units: marks that would lie on each other are one
   for (std::size_t i = 0; i < input.run.rows.size(); ++i)
     if (input.run.rows[i].is_flagged())
-      columns[input.run.rows[i].status].insert(
-          std::lround(2 * panel.at(input.timeline.seconds[i], panel.y.low).x));
+      columns[input.run.rows[i].status].insert(std::lround(2 * panel.at(input.timeline.seconds[i], panel.y.low).x));
   for (const auto& [status, places] : columns) {
-    Lines marks{.parts = {},
-                .stroke = Stroke{status_colour(status), 1},
-                .fill = std::nullopt,
-                .clip = panel.area,
-                .role = {}};
+    Lines marks{.parts = {}, .stroke = Stroke{status_colour(status), 1}, .fill = std::nullopt, .clip = panel.area, .role = {}};
     for (const long place : places) {
       const double x = 0.5 * static_cast<double>(place);
       marks.parts.push_back({{x, panel.area.bottom() - 7}, {x, panel.area.bottom()}});
@@ -86,8 +82,7 @@ std::vector<double> coefficient_series(const CoefficientRun& run, int mode) {
 std::vector<double> deviation_series(const CoefficientRun& run, int mode) {
   std::vector<double> out;
   for (const CoefficientRow& row : run.rows)
-    out.push_back(row.has_surface() ? row.standard_deviation[mode]
-                                    : std::numeric_limits<double>::quiet_NaN());
+    out.push_back(row.has_surface() ? row.standard_deviation[mode] : std::numeric_limits<double>::quiet_NaN());
   return out;
 }
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Small panels in columns, one a mode, under a heading: shared by the figures of coefficients and of their
 // errors.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/plot/page.hpp"
 
 #include "host/plot/svg.hpp"
@@ -83,15 +84,13 @@ std::string page_html(const Page& page) {
   std::string out =
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
-      escaped(page.title) + "</title>\n<style>" + kStyle + "</style>\n</head>\n<body>\n<h1>" +
-      escaped(page.title) + "</h1>\n<dl>\n";
-  for (const auto& [name, value] : page.facts)
-    out += "<dt>" + escaped(name) + "</dt><dd>" + escaped(value) + "</dd>\n";
+      escaped(page.title) + "</title>\n<style>" + kStyle + "</style>\n</head>\n<body>\n<h1>" + escaped(page.title) +
+      "</h1>\n<dl>\n";
+  for (const auto& [name, value] : page.facts) out += "<dt>" + escaped(name) + "</dt><dd>" + escaped(value) + "</dd>\n";
   out += "</dl>\n";
   for (const std::string& note : page.notes) out += "<p class=\"note\">" + escaped(note) + "</p>\n";
   for (const PageFigure& figure : page.figures)
-    out +=
-        "<figure>\n" + figure.svg + "<figcaption>" + escaped(figure.caption) + "</figcaption>\n</figure>\n";
+    out += "<figure>\n" + figure.svg + "<figcaption>" + escaped(figure.caption) + "</figcaption>\n</figure>\n";
   for (const PageTable& table : page.tables) out += table_html(table);
   return out + "<script>" + kScript + "</script>\n</body>\n</html>\n";
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One HTML page with everything in it: figures as inline SVG, tables, a small script that reads values under
 // the pointer. Nothing is fetched; without the script all is still there.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/plot/palette.hpp"
 
 #include <algorithm>
@@ -23,8 +24,7 @@ Colour viridis(double at) {
   const std::size_t below = std::min(static_cast<std::size_t>(scaled), kTable.size() - 2);
   const double part = scaled - static_cast<double>(below);
   const auto channel = [&](std::size_t i) {
-    return static_cast<std::uint8_t>(
-        std::lround(kTable[below][i] * (1 - part) + kTable[below + 1][i] * part));
+    return static_cast<std::uint8_t>(std::lround(kTable[below][i] * (1 - part) + kTable[below + 1][i] * part));
   };
   return {channel(0), channel(1), channel(2)};
 }

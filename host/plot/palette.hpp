@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Colours that people with any colour vision can tell apart, also in grey print.
 #pragma once
 
@@ -8,8 +9,8 @@
 namespace srd::host {
 
 // Okabe & Ito, Color Universal Design (2008).
-inline constexpr Colour kBlack{0, 0, 0}, kOrange{230, 159, 0}, kSky{86, 180, 233}, kGreen{0, 158, 115},
-    kBlue{0, 114, 178}, kVermilion{213, 94, 0}, kPurple{204, 121, 167};
+inline constexpr Colour kBlack{0, 0, 0}, kOrange{230, 159, 0}, kSky{86, 180, 233}, kGreen{0, 158, 115}, kBlue{0, 114, 178},
+    kVermilion{213, 94, 0}, kPurple{204, 121, 167};
 
 inline constexpr Colour kInk{34, 34, 34}, kFaintInk{90, 90, 90}, kGrid{228, 228, 228}, kWhite{255, 255, 255};
 

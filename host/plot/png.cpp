@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/plot/png.hpp"
 
 #include <cairo.h>
@@ -29,8 +30,8 @@ Surface surface_of(const Image& image) {
   const int stride = cairo_image_surface_get_stride(surface.get());
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x) {
-      const std::size_t at = 3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) +
-                                  static_cast<std::size_t>(x));
+      const std::size_t at =
+          3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x));
       const std::uint32_t pixel = static_cast<std::uint32_t>(image.rgb[at]) << 16U |
                                   static_cast<std::uint32_t>(image.rgb[at + 1]) << 8U | image.rgb[at + 2];
       std::memcpy(pixels + y * stride + 4 * x, &pixel, sizeof pixel);
@@ -120,9 +121,9 @@ Problem cannot(const std::string& where, cairo_status_t status) {
 }  // namespace
 
 Outcome<void> write_png(const Scene& scene, const std::filesystem::path& file) {
-  const Surface surface(cairo_image_surface_create(
-      CAIRO_FORMAT_RGB24, static_cast<int>(std::lround(scene.width() * kPngPixelsPerUnit)),
-      static_cast<int>(std::lround(scene.height() * kPngPixelsPerUnit))));
+  const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24,
+                                                   static_cast<int>(std::lround(scene.width() * kPngPixelsPerUnit)),
+                                                   static_cast<int>(std::lround(scene.height() * kPngPixelsPerUnit))));
   const Context context(cairo_create(surface.get()));
   set_colour(context.get(), {255, 255, 255});
   cairo_paint(context.get());

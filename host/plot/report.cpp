@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/plot/report.hpp"
 
 #include <cmath>
@@ -72,32 +73,28 @@ std::uint64_t missing_frames(const CoefficientRun& run) {
 std::vector<std::pair<std::string, std::string>> facts_of(const PlotInput& input) {
   const CoefficientRun& run = input.run;
   const std::uint64_t missing = missing_frames(run);
-  std::vector<std::pair<std::string, std::string>> facts{
-      {"File", std::filesystem::path(run.file).filename().string()}, {"Node", run.node}};
+  std::vector<std::pair<std::string, std::string>> facts{{"File", std::filesystem::path(run.file).filename().string()},
+                                                         {"Node", run.node}};
   const std::size_t surfaces = run.surfaces();
   const std::string with = surfaces == run.rows.size() ? "all" : std::to_string(surfaces);
   facts.emplace_back("Frames", std::to_string(run.rows.size()) + ", " + with + " with a surface" +
                                    (missing > 0 ? ", " + std::to_string(missing) + " missing" : ""));
-  facts.emplace_back("Time", formatted("%.6g s", input.timeline.seconds.back()) +
-                                 (input.timeline.interval_s > 0
-                                      ? ", " + formatted("%.4g frames/s", 1 / input.timeline.interval_s)
-                                      : "") +
-                                 ", clock " + run.clock);
+  facts.emplace_back(
+      "Time", formatted("%.6g s", input.timeline.seconds.back()) +
+                  (input.timeline.interval_s > 0 ? ", " + formatted("%.4g frames/s", 1 / input.timeline.interval_s) : "") +
+                  ", clock " + run.clock);
   double sum = 0, n = 0;
   for (const CoefficientRow& row : run.rows)
     if (row.has_surface() && std::isfinite(row.mean_error)) {
       sum += row.mean_error;
       ++n;
     }
-  if (n > 0)
-    facts.emplace_back("Mean error",
-                       formatted("%.3g ", sum / n) + metric_unit(run.metric) + " (" + run.metric + ")");
+  if (n > 0) facts.emplace_back("Mean error", formatted("%.3g ", sum / n) + metric_unit(run.metric) + " (" + run.metric + ")");
   if (input.geometry) {
     const RunGeometry& g = *input.geometry;
-    facts.emplace_back("Model",
-                       std::to_string(run.modes.size()) + " modes, Lx " + formatted("%.6g", g.model.lx) +
-                           " mm, Ly " + formatted("%.6g", g.model.ly) + " mm, origin (" +
-                           formatted("%.6g", g.model.x0) + ", " + formatted("%.6g", g.model.y0) + ") mm");
+    facts.emplace_back("Model", std::to_string(run.modes.size()) + " modes, Lx " + formatted("%.6g", g.model.lx) + " mm, Ly " +
+                                    formatted("%.6g", g.model.ly) + " mm, origin (" + formatted("%.6g", g.model.x0) + ", " +
+                                    formatted("%.6g", g.model.y0) + ") mm");
     if (g.refractive_index) facts.emplace_back("Refractive index", formatted("%.5f", *g.refractive_index));
   }
   return facts;
@@ -113,14 +110,13 @@ PageTable error_table(const PlotInput& input) {
   if (input.geometry) {
     table.rows.push_back({"Surface over the pattern", formatted("%.4f", c.surface_rms), "",
                           formatted("%.4f (worst frame\u2019s rms)", c.surface_largest), "", ""});
-    table.rows.push_back({"Height at the centre", formatted("%.4f", c.height_rms),
-                          formatted("%+.4f", c.height_mean), "", "", ""});
+    table.rows.push_back(
+        {"Height at the centre", formatted("%.4f", c.height_rms), formatted("%+.4f", c.height_mean), "", "", ""});
   }
   for (int j = 0; j < c.modes.size(); ++j) {
     const ModeSummary& s = c.summary[static_cast<std::size_t>(j)];
     table.rows.push_back({c.modes[j].name().data(), formatted("%.4f", s.rms), formatted("%+.4f", s.mean),
-                          formatted("%.4f", s.largest),
-                          std::isfinite(s.normalised) ? formatted("%.2f", s.normalised) : "",
+                          formatted("%.4f", s.largest), std::isfinite(s.normalised) ? formatted("%.2f", s.normalised) : "",
                           formatted("%.4f", s.true_spread)});
   }
   return table;
@@ -130,12 +126,8 @@ Outcome<void> refuse_to_replace(const std::vector<std::filesystem::path>& files)
   std::error_code error;
   for (const auto& file : files)
     if (std::filesystem::exists(file, error))
-      return Problem{Exit::kUsage,
-                     "the file is there already",
-                     file.string(),
-                     "",
-                     "",
-                     "another --out DIR, or --force to replace it"};
+      return Problem{
+          Exit::kUsage, "the file is there already", file.string(), "", "", "another --out DIR, or --force to replace it"};
   return {};
 }
 
@@ -168,8 +160,7 @@ Outcome<PlotFiles> plot(const PlotOptions& options) {
   std::error_code error;
   if (!folder.empty()) std::filesystem::create_directories(folder, error);
   if (error)
-    return Problem{Exit::kInput,    "the folder cannot be made",
-                   folder.string(), "a folder that can be written",
+    return Problem{Exit::kInput,    "the folder cannot be made", folder.string(), "a folder that can be written",
                    error.message(), "another --out DIR"};
   if (auto done = write_text_file(files.written[0], page_html(page)); !done) return done.error();
   for (std::size_t i = 0; i < figures.size(); ++i)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From a run of coefficients to the files of `srd plot`.
 #pragma once
 
@@ -17,9 +18,9 @@ struct PlotOptions {
   std::optional<std::filesystem::path> truth;  // truth.csv
   std::optional<std::filesystem::path> out;    // folder; not given: the one of `file`
   std::string node;                            // "": the only one
-  std::optional<std::uint64_t> frame;  // sequence of the surface shown; not given: the last with a surface
-  bool by_order = false;               // truth matched by order, not by time
-  bool force = false;                  // replace files that are there
+  std::optional<std::uint64_t> frame;          // sequence of the surface shown; not given: the last with a surface
+  bool by_order = false;                       // truth matched by order, not by time
+  bool force = false;                          // replace files that are there
   GeometryOptions geometry;
 };
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A drawing as a list of shapes, drawn once and written as SVG (for the page) or PNG (for print).
 // Units: 1/96 inch as in SVG, x right, y down. Text is UTF-8.
 #pragma once
@@ -80,9 +81,7 @@ class Scene {
   void add(Text text);
   void add(Image image);
   void add(AxesMark axes);
-  void line(Place from, Place to, const Stroke& stroke) {
-    add(Lines{.parts = {{from, to}}, .stroke = stroke});
-  }
+  void line(Place from, Place to, const Stroke& stroke) { add(Lines{.parts = {{from, to}}, .stroke = stroke}); }
   void box(const Rectangle& r, std::optional<Colour> fill, std::optional<Stroke> stroke = std::nullopt);
 
  private:

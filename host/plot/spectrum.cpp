@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/plot/spectrum.hpp"
 
 #include <cmath>
@@ -10,8 +11,8 @@ namespace {
 constexpr std::size_t kLeastSteps = 8, kMostSteps = std::size_t{1} << 24U;
 
 // The series on even steps.
-std::vector<double> resampled(std::span<const double> seconds, std::span<const double> values,
-                              double interval_s, std::size_t steps, double& filled_fraction) {
+std::vector<double> resampled(std::span<const double> seconds, std::span<const double> values, double interval_s,
+                              std::size_t steps, double& filled_fraction) {
   std::vector<std::size_t> valid;
   for (std::size_t i = 0; i < values.size(); ++i)
     if (std::isfinite(values[i])) valid.push_back(i);
@@ -20,8 +21,7 @@ std::vector<double> resampled(std::span<const double> seconds, std::span<const d
   std::size_t at = 0, filled = 0;
   for (std::size_t k = 0; k < steps; ++k) {
     const double t = seconds.front() + static_cast<double>(k) * interval_s;
-    while (at + 1 < valid.size() && std::abs(seconds[valid[at + 1]] - t) <= std::abs(seconds[valid[at]] - t))
-      ++at;
+    while (at + 1 < valid.size() && std::abs(seconds[valid[at + 1]] - t) <= std::abs(seconds[valid[at]] - t)) ++at;
     if (std::abs(seconds[valid[at]] - t) > 0.5 * interval_s * (1 + 1e-6)) ++filled;
     even.push_back(values[valid[at]]);
   }
@@ -31,13 +31,11 @@ std::vector<double> resampled(std::span<const double> seconds, std::span<const d
 
 }  // namespace
 
-Spectrum amplitude_spectrum(std::span<const double> seconds, std::span<const double> values,
-                            double interval_s) {
+Spectrum amplitude_spectrum(std::span<const double> seconds, std::span<const double> values, double interval_s) {
   Spectrum spectrum;
   if (seconds.size() < 2 || !(interval_s > 0)) return spectrum;
   const double length = std::round((seconds.back() - seconds.front()) / interval_s) + 1;
-  if (!(length >= static_cast<double>(kLeastSteps)) || length > static_cast<double>(kMostSteps))
-    return spectrum;
+  if (!(length >= static_cast<double>(kLeastSteps)) || length > static_cast<double>(kMostSteps)) return spectrum;
   const auto n = static_cast<std::size_t>(length);
   std::vector<double> even = resampled(seconds, values, interval_s, n, spectrum.filled_fraction);
   if (even.empty()) return spectrum;
@@ -53,8 +51,7 @@ Spectrum amplitude_spectrum(std::span<const double> seconds, std::span<const dou
     weighted += window[i] * even[i];
   }
   cv::Mat series = cv::Mat::zeros(1, static_cast<int>(padded), CV_64F);
-  for (std::size_t i = 0; i < n; ++i)
-    series.at<double>(static_cast<int>(i)) = window[i] * (even[i] - weighted / window_sum);
+  for (std::size_t i = 0; i < n; ++i) series.at<double>(static_cast<int>(i)) = window[i] * (even[i] - weighted / window_sum);
   cv::Mat transformed;
   cv::dft(series, transformed, cv::DFT_COMPLEX_OUTPUT);
   const double step_hz = 1 / (static_cast<double>(padded) * interval_s);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Amplitude spectrum of a series with gaps.
 #pragma once
 
@@ -18,7 +19,6 @@ struct Spectrum {
 // (within 1 %). seconds ascend; values NaN: no surface. Even steps of interval_s; each takes the nearest
 // finite value in time. Empty when there are fewer than 8 steps, no finite value or more than 2^24 steps (a
 // gap of days).
-[[nodiscard]] Spectrum amplitude_spectrum(std::span<const double> seconds, std::span<const double> values,
-                                          double interval_s);
+[[nodiscard]] Spectrum amplitude_spectrum(std::span<const double> seconds, std::span<const double> values, double interval_s);
 
 }  // namespace srd::host

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
 
@@ -23,8 +24,7 @@ struct Map {
 
   [[nodiscard]] double height(double across, double down) const {  // parts of the extent, 0 to 1
     const PatternExtent& e = geometry.pattern;
-    return geometry.model.height(a, e.x_min + down * (e.x_max - e.x_min),
-                                 e.y_min + across * (e.y_max - e.y_min));
+    return geometry.model.height(a, e.x_min + down * (e.x_max - e.x_min), e.y_min + across * (e.y_max - e.y_min));
   }
 };
 
@@ -67,8 +67,7 @@ std::vector<Contour> contours(const Map& map, const std::vector<double>& levels)
   for (const double level : levels) {
     Contour contour{contour_lines(z, level), level};
     for (auto& line : contour.lines)
-      for (Place& p : line)
-        p = {area.x + p.x / (columns - 1) * area.width, area.y + p.y / (rows - 1) * area.height};
+      for (Place& p : line) p = {area.x + p.x / (columns - 1) * area.width, area.y + p.y / (rows - 1) * area.height};
     out.push_back(std::move(contour));
   }
   return out;
@@ -78,8 +77,8 @@ std::vector<Contour> contours(const Map& map, const std::vector<double>& levels)
 Colour line_colour(double part) { return part < 0.55 ? faded(kWhite, 0.9) : faded(kBlack, 0.75); }
 
 // One label a line where it does not touch the border or another label; a line without such a place has none.
-void label_contours(Scene& scene, const Rectangle& area, const std::vector<Contour>& all,
-                    const std::vector<double>& levels, const Scale& heights) {
+void label_contours(Scene& scene, const Rectangle& area, const std::vector<Contour>& all, const std::vector<double>& levels,
+                    const Scale& heights) {
   std::vector<Rectangle> taken;
   for (const Contour& contour : all)
     for (const auto& line : contour.lines) {
@@ -89,24 +88,21 @@ void label_contours(Scene& scene, const Rectangle& area, const std::vector<Conto
       for (const double part : {0.5, 0.35, 0.65, 0.2, 0.8}) {
         const Place p = line[static_cast<std::size_t>(part * static_cast<double>(line.size() - 1))];
         const Rectangle box{p.x - width / 2, p.y - 7, width, 14};
-        const bool inside = box.x > area.x + 2 && box.right() < area.right() - 2 && box.y > area.y + 2 &&
-                            box.bottom() < area.bottom() - 2;
+        const bool inside =
+            box.x > area.x + 2 && box.right() < area.right() - 2 && box.y > area.y + 2 && box.bottom() < area.bottom() - 2;
         const auto meets = [&](const Rectangle& r) {
-          return box.x < r.right() + 6 && r.x < box.right() + 6 && box.y < r.bottom() + 4 &&
-                 r.y < box.bottom() + 4;
+          return box.x < r.right() + 6 && r.x < box.right() + 6 && box.y < r.bottom() + 4 && r.y < box.bottom() + 4;
         };
         if (!inside || std::any_of(taken.begin(), taken.end(), meets)) continue;
         taken.push_back(box);
         scene.box(box, viridis(heights.part(contour.level)));  // interrupts the line under the label
-        scene.add(
-            Text{{p.x, p.y + 3.5}, text, 10, Anchor::kMiddle, line_colour(heights.part(contour.level))});
+        scene.add(Text{{p.x, p.y + 3.5}, text, 10, Anchor::kMiddle, line_colour(heights.part(contour.level))});
         break;
       }
     }
 }
 
-void draw_colour_bar(Scene& scene, const Rectangle& map, const Scale& heights,
-                     const std::vector<double>& levels) {
+void draw_colour_bar(Scene& scene, const Rectangle& map, const Scale& heights, const std::vector<double>& levels) {
   const Rectangle bar{map.right() + kBarGap, map.y, kBarWidth, map.height};
   Image image{bar, 1, 256, {}};
   for (int y = 0; y < image.height; ++y) {
@@ -123,13 +119,7 @@ void draw_colour_bar(Scene& scene, const Rectangle& map, const Scale& heights,
     scene.add(Text{{bar.right() + 7, y + 3.7}, text, 10.5, Anchor::kStart, kInk});
     widest = std::max(widest, text_width(text, 10.5));
   }
-  scene.add(Text{{bar.right() + 22 + widest, bar.y + bar.height / 2},
-                 "height, mm",
-                 11,
-                 Anchor::kMiddle,
-                 kInk,
-                 false,
-                 true});
+  scene.add(Text{{bar.right() + 22 + widest, bar.y + bar.height / 2}, "height, mm", 11, Anchor::kMiddle, kInk, false, true});
 }
 
 }  // namespace
@@ -151,22 +141,19 @@ Figure surface_figure(const PlotInput& input, std::size_t row) {
   const std::vector<double> levels = ticks(heights, area.height < 160 ? 5 : 10);
 
   draw_heading(scene, "Water surface over the pattern", "node " + input.run.node);
-  std::string about = "sequence " + std::to_string(frame.sequence) + ", " +
-                      formatted("%.4g s", input.timeline.seconds[row]) + " after the first frame";
+  std::string about = "sequence " + std::to_string(frame.sequence) + ", " + formatted("%.4g s", input.timeline.seconds[row]) +
+                      " after the first frame";
   if (std::isfinite(frame.mean_error))
     about += ", mean error " + formatted("%.3g ", frame.mean_error) + metric_unit(input.run.metric);
   if (std::isfinite(frame.corners_used)) about += ", " + formatted("%.0f corners", frame.corners_used);
   scene.add(Text{{kLeftMargin, 46}, about, 11, Anchor::kStart, kFaintInk});
 
-  const PanelLabels labels{
-      .x_label = "Y (streamwise), mm", .y_label = "X (crosswise), mm", .x_unit = "mm", .y_unit = "mm"};
+  const PanelLabels labels{.x_label = "Y (streamwise), mm", .y_label = "X (crosswise), mm", .x_unit = "mm", .y_unit = "mm"};
   draw_panel(scene, map.panel, labels);
   scene.add(coloured(map, heights));
   const std::vector<Contour> lines = contours(map, levels);
   for (const Contour& contour : lines)
-    scene.add(Lines{.parts = contour.lines,
-                    .stroke = Stroke{line_colour(heights.part(contour.level)), 0.7},
-                    .clip = area});
+    scene.add(Lines{.parts = contour.lines, .stroke = Stroke{line_colour(heights.part(contour.level)), 0.7}, .clip = area});
   Lines corners{.parts = {}, .stroke = Stroke{faded(kBlack, 0.45), 1.6}};
   for (const auto& p : input.geometry->corners) corners.parts.push_back({map.panel.at(p.y(), p.x())});
   if (!corners.parts.empty()) scene.add(std::move(corners));

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/plot/svg.hpp"
 
 #include <array>
@@ -26,14 +27,13 @@ std::string paint(const char* name, const std::optional<Colour>& colour) {
   std::array<char, 8> hex{};
   std::snprintf(hex.data(), hex.size(), "#%02x%02x%02x", colour->red, colour->green, colour->blue);
   std::string out = attribute(name, hex.data());
-  if (colour->opacity < 1)
-    out += attribute((std::string(name) + "-opacity").c_str(), number_text(colour->opacity));
+  if (colour->opacity < 1) out += attribute((std::string(name) + "-opacity").c_str(), number_text(colour->opacity));
   return out;
 }
 
 std::string box(const Rectangle& r) {
-  return attribute("x", coordinate(r.x)) + attribute("y", coordinate(r.y)) +
-         attribute("width", coordinate(r.width)) + attribute("height", coordinate(r.height));
+  return attribute("x", coordinate(r.x)) + attribute("y", coordinate(r.y)) + attribute("width", coordinate(r.width)) +
+         attribute("height", coordinate(r.height));
 }
 
 std::string base64(std::span<const std::uint8_t> bytes) {
@@ -41,8 +41,8 @@ std::string base64(std::span<const std::uint8_t> bytes) {
   std::string out;
   for (std::size_t i = 0; i < bytes.size(); i += 3) {
     const std::size_t left = bytes.size() - i;
-    const unsigned three = unsigned{bytes[i]} << 16U | (left > 1 ? unsigned{bytes[i + 1]} << 8U : 0U) |
-                           (left > 2 ? unsigned{bytes[i + 2]} : 0U);
+    const unsigned three =
+        unsigned{bytes[i]} << 16U | (left > 1 ? unsigned{bytes[i + 1]} << 8U : 0U) | (left > 2 ? unsigned{bytes[i + 2]} : 0U);
     out += kDigits[three >> 18U & 63U];
     out += kDigits[three >> 12U & 63U];
     out += left > 1 ? kDigits[three >> 6U & 63U] : '=';
@@ -65,16 +65,15 @@ struct Writer {
     std::string element = "<path" + attribute("d", path) + paint("fill", lines.fill);
     if (!lines.role.empty()) element += attribute("class", lines.role);
     if (lines.stroke)
-      element += paint("stroke", lines.stroke->colour) +
-                 attribute("stroke-width", coordinate(lines.stroke->width)) +
+      element += paint("stroke", lines.stroke->colour) + attribute("stroke-width", coordinate(lines.stroke->width)) +
                  attribute("stroke-linejoin", "round") + attribute("stroke-linecap", "round");
     element += "/>";
     // A nested svg clips without an id, so figures can stand together in one page.
     if (lines.clip) {
       const Rectangle& r = *lines.clip;
       element = "<svg" + box(r) +
-                attribute("viewBox", coordinate(r.x) + " " + coordinate(r.y) + " " + coordinate(r.width) +
-                                         " " + coordinate(r.height)) +
+                attribute("viewBox",
+                          coordinate(r.x) + " " + coordinate(r.y) + " " + coordinate(r.width) + " " + coordinate(r.height)) +
                 ">" + element + "</svg>";
     }
     out += element + "\n";
@@ -83,8 +82,7 @@ struct Writer {
     const std::string at = coordinate(text.at.x) + " " + coordinate(text.at.y);
     out += "<text" + attribute("x", coordinate(text.at.x)) + attribute("y", coordinate(text.at.y)) +
            attribute("font-size", coordinate(text.size)) + paint("fill", text.colour);
-    if (text.anchor != Anchor::kStart)
-      out += attribute("text-anchor", text.anchor == Anchor::kMiddle ? "middle" : "end");
+    if (text.anchor != Anchor::kStart) out += attribute("text-anchor", text.anchor == Anchor::kMiddle ? "middle" : "end");
     if (text.bold) out += attribute("font-weight", "bold");
     if (text.upwards) out += attribute("transform", "rotate(-90 " + at + ")");
     out += ">" + escaped(text.text) + "</text>\n";
@@ -112,23 +110,12 @@ struct Writer {
 std::string escaped(const std::string& text) {
   std::string out;
   for (const char c : text) switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      case '\'':
-        out += "&#39;";
-        break;
-      default:
-        out += c;
+      case '&': out += "&amp;"; break;
+      case '<': out += "&lt;"; break;
+      case '>': out += "&gt;"; break;
+      case '"': out += "&quot;"; break;
+      case '\'': out += "&#39;"; break;
+      default: out += c;
     }
   return out;
 }
@@ -136,8 +123,7 @@ std::string escaped(const std::string& text) {
 Outcome<std::string> svg_element(const Scene& scene, const std::string& label) {
   Writer writer;
   writer.out = "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\"" + attribute("aria-label", label) +
-               attribute("viewBox", "0 0 " + coordinate(scene.width()) + " " + coordinate(scene.height())) +
-               ">\n";
+               attribute("viewBox", "0 0 " + coordinate(scene.width()) + " " + coordinate(scene.height())) + ">\n";
   for (const Shape& shape : scene.shapes()) std::visit(writer, shape);
   if (writer.problem) return *writer.problem;
   return writer.out + "</svg>\n";

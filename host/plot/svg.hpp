@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A scene as an SVG element that can stand inside an HTML page: no reference to anything outside.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/plot/timeline.hpp"
 
 #include <algorithm>
@@ -23,8 +24,7 @@ Timeline make_timeline(const CoefficientRun& run) {
   std::vector<double> intervals;
   for (std::size_t i = 0; i < run.rows.size(); ++i) {
     timeline.seconds.push_back(interval(run.rows[0], run.rows[i]));
-    if (i > 0 && next_in_sequence(run.rows[i - 1], run.rows[i]))
-      intervals.push_back(interval(run.rows[i - 1], run.rows[i]));
+    if (i > 0 && next_in_sequence(run.rows[i - 1], run.rows[i])) intervals.push_back(interval(run.rows[i - 1], run.rows[i]));
   }
   if (!intervals.empty()) {
     const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);

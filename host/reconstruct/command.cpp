@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/reconstruct/command.hpp"
 
 #include <CLI/CLI.hpp>
@@ -22,8 +23,8 @@ CLI::Validator within(double least, double most, const std::string& unit) {
         double x = 0;
         if (CLI::detail::lexical_cast(text, x) && std::isfinite(x) && x > least && x <= most) return {};
         std::array<char, 96> message;
-        std::snprintf(message.data(), message.size(), "%s is not a number above %g and up to %g%s%s", text.c_str(), least,
-                      most, unit.empty() ? "" : " ", unit.c_str());
+        std::snprintf(message.data(), message.size(), "%s is not a number above %g and up to %g%s%s", text.c_str(), least, most,
+                      unit.empty() ? "" : " ", unit.c_str());
         return message.data();
       },
       "", "within");
@@ -33,16 +34,21 @@ Outcome<void> reconstruct(ReconstructOptions options, const std::vector<std::str
   const dsp::EstimatorOptions bounds;
   if (options.free_index && options.refractive_index &&
       !(*options.refractive_index >= bounds.index_lower && *options.refractive_index <= bounds.index_upper))
-    return Problem{Exit::kUsage, "--refractive-index is outside the bounds of --free-index", "", "1.3 to 1.4",
-                   number_text(*options.refractive_index), "leave one of them out"};
+    return Problem{Exit::kUsage,
+                   "--refractive-index is outside the bounds of --free-index",
+                   "",
+                   "1.3 to 1.4",
+                   number_text(*options.refractive_index),
+                   "leave one of them out"};
   const Outcome<Plates> plates = parse_plates(plate_texts, "--plate");
   if (!plates) return plates.error();
   options.plates = *plates;
   std::error_code error;
   const auto status = std::filesystem::status(options.source, error);
   if (!std::filesystem::exists(status))
-    return Problem{Exit::kInput, "no such file or folder", options.source.string(),
-                   "an OpenSRD settings.xml or the folder of a recording", "", "check the path"};
+    return Problem{
+        Exit::kInput, "no such file or folder", options.source.string(), "an OpenSRD settings.xml or the folder of a recording",
+        "",           "check the path"};
   if (!std::filesystem::is_directory(status)) return reconstruct_settings(options);
   // A lab's OpenSRD folder has its settings in it.
   const std::filesystem::path settings = options.source / "settings.xml";
@@ -58,12 +64,14 @@ Outcome<void> reconstruct(ReconstructOptions options, const std::vector<std::str
 void add_reconstruct_command(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ReconstructOptions>();
   CLI::App* command = app.add_subcommand("reconstruct", "water surfaces from an OpenSRD settings.xml or a recording");
-  command->add_option("source", options->source, "OpenSRD settings.xml or its folder, or the folder of a recording")->required();
+  command->add_option("source", options->source, "OpenSRD settings.xml or its folder, or the folder of a recording")
+      ->required();
   command->add_option("--out", options->out, "folder for the results; made when it is not there")->required();
   command->add_flag("--force", options->force, "replace results that are there already");
   command
       ->add_option("--refractive-index", options->refractive_index,
-                   "of the water, against air 1 (default: what is in the recording, else 1.336 for OpenSRD settings, 1.333 for recordings)")
+                   "of the water, against air 1 (default: what is in the recording, else 1.336 for OpenSRD settings, 1.333 for "
+                   "recordings)")
       ->check(within(1, 2, ""));
   auto plates = std::make_shared<std::vector<std::string>>();
   command
@@ -79,23 +87,29 @@ void add_reconstruct_command(CLI::App& app, int& exit_code) {
                                                       {"collinearity", dsp::Metric::kCollinearity}};
   command->add_option("--metric", options->metric, "what is minimised: reprojection, disparity or collinearity")
       ->transform(CLI::CheckedTransformer(metrics, CLI::ignore_case));
-  command->add_option("--threads", options->threads, "threads (default: as many as the machine runs at once); results do not depend on it")
+  command
+      ->add_option("--threads", options->threads,
+                   "threads (default: as many as the machine runs at once); results do not depend on it")
       ->default_val(hardware_threads())
       ->check(CLI::Range(1, 256));
-  command->add_option("--rate", options->rate_hz, "frames a second: of images that carry no time; of a recording with frames.csv, times then follow from the "
+  command
+      ->add_option("--rate", options->rate_hz,
+                   "frames a second: of images that carry no time; of a recording with frames.csv, times then follow from the "
                    "sequence and not from its clock")
       ->check(within(0, 1e6, "Hz"));
   const char* settings_only = "OpenSRD settings";
   command->add_option("--features", options->features, "features of an earlier run (its --out folder) instead of images")
       ->group(settings_only);
   const char* recordings_only = "Recordings";
-  const std::map<std::string, int> models = {{"1", 1}, {"3", 3}, {"5", 5}, {"8", 8}, {"12", 12},
-                                             {"plane", 3}, {"level-normal", 2}};
-  auto* model = command
-                    ->add_option("--model", options->model,
-                                 "parameters of the surface: 1, 3 (plane), 5, 8 or 12 (default: the recording's, else 5); with settings of "
-                                 "OpenSRD's 2017 release also level-normal, its form with 2 parameters")
-                    ->transform(CLI::CheckedTransformer(models));
+  const std::map<std::string, int> models = {{"1", 1},   {"3", 3},     {"5", 5},           {"8", 8},
+                                             {"12", 12}, {"plane", 3}, {"level-normal", 2}};
+  auto* model =
+      command
+          ->add_option(
+              "--model", options->model,
+              "parameters of the surface: 1, 3 (plane), 5, 8 or 12 (default: the recording's, else 5); with settings of "
+              "OpenSRD's 2017 release also level-normal, its form with 2 parameters")
+          ->transform(CLI::CheckedTransformer(models));
   command->add_option("--modes", options->modes, "modes of the surface instead: A00,B,C,A10,..")
       ->delimiter(',')
       ->excludes(model)

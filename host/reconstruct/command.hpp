@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // srd reconstruct SETTINGS.xml | RECORDING --out DIR: surfaces from an OpenSRD folder or a recording, offline.
 #pragma once
 

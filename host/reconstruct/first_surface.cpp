@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/reconstruct/first_surface.hpp"
 
 #include <algorithm>
@@ -17,9 +18,7 @@ std::vector<int> step_sizes(int total) {
 
 // The run's modes by how little they bend: level, slopes, then by the sum of their harmonics.
 std::vector<int> by_bend(const dsp::ModeList& modes) {
-  const auto bend = [](const dsp::Mode& mode) {
-    return mode.kind == dsp::Mode::Kind::kCosine ? 10 * (mode.m + mode.n) : 1;
-  };
+  const auto bend = [](const dsp::Mode& mode) { return mode.kind == dsp::Mode::Kind::kCosine ? 10 * (mode.m + mode.n) : 1; };
   std::vector<int> order;
   for (int i = 0; i < modes.size(); ++i) order.push_back(i);
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return bend(modes[a]) < bend(modes[b]); });
@@ -69,7 +68,8 @@ std::optional<FirstSurface::Found> FirstSurface::find(std::span<const dsp::Camer
     const auto found = step.estimator.estimate(cameras, starts);
     if (dsp::failed(found.stop)) continue;
     surface.setZero();
-    for (std::size_t j = 0; j < step.modes.size(); ++j) surface[step.modes[j]] = found.coefficients[static_cast<Eigen::Index>(j)];
+    for (std::size_t j = 0; j < step.modes.size(); ++j)
+      surface[step.modes[j]] = found.coefficients[static_cast<Eigen::Index>(j)];
     best = Found{surface, found.reprojection_rms};
   }
   return best;

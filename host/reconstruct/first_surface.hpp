@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A surface to start from when nothing is known but a guess: level first, then plane, then ever more modes, each from the
 // one before. A full model started far off can end at a wrong depth; a level does not.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/reconstruct/found_index.hpp"
 
 #include <algorithm>
@@ -69,8 +70,8 @@ std::vector<std::string> rank_warnings(const RunPlan& plan, const RunResult& res
     const std::string text = rank_text(frame.estimate.rank, plan.model.modes);
     if (text.empty()) continue;
     // Deviations differ from frame to frame: the first one's stands for all.
-    const auto same = std::find_if(reasons.begin(), reasons.end(),
-                                   [&](const auto& known) { return known.first.ends_with(text); });
+    const auto same =
+        std::find_if(reasons.begin(), reasons.end(), [&](const auto& known) { return known.first.ends_with(text); });
     if (same == reasons.end())
       reasons.emplace_back(reason + text, 1);
     else

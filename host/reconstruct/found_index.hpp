@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The index of water that a run estimated, and what its views could not separate, over all frames.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a run found in one frame.
 #pragma once
 
@@ -11,14 +12,14 @@
 namespace srd::host {
 
 struct FrameRecord {
-  std::string name;                // file of the first camera's frame
-  std::uint64_t sequence = 0;      // chronological, from 0 unless the recording says otherwise
+  std::string name;            // file of the first camera's frame
+  std::uint64_t sequence = 0;  // chronological, from 0 unless the recording says otherwise
   std::int64_t time_ns = 0;
-  std::string status;              // "ok" or why there is none: as the CSV's status column
-  dsp::Estimate<double> estimate;  // meaningful when has_surface()
-  int expected = 0;                // points of all cameras together; pixels that show the pattern
-  int found = 0;                   // corners of all cameras together; pixels used
-  double seconds = 0;              // spent on the frame, reading included
+  std::string status;                       // "ok" or why there is none: as the CSV's status column
+  dsp::Estimate<double> estimate;           // meaningful when has_surface()
+  int expected = 0;                         // points of all cameras together; pixels that show the pattern
+  int found = 0;                            // corners of all cameras together; pixels used
+  double seconds = 0;                       // spent on the frame, reading included
   std::optional<dsp::Vec2<double>> centre;  // of the surface seen in the region, X Y in mm; pattern metric only
   std::vector<std::vector<dsp::Observation<double>>> corners;  // a list a camera
 

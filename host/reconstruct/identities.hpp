@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which end of a camera's list of points its corners count from. A camera on the other side of the pattern sees the list
 // from its end (guide, appendix A), and a half turn leaves no trace in the residuals: only the pose tells.
 #pragma once

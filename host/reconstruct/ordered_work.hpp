@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Work on items 0, 1, 2, .. by several threads, its results taken in order by one. What an item gives must depend on
 // nothing but its number: then the number of threads changes nothing but the time.
 #pragma once

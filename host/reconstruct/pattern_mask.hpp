@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which pixels of a region show the pattern, where the rest was blanked with a grey between dark and bright.
 #pragma once
 

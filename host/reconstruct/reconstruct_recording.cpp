@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/recording/recording.hpp"
 #include "drivers/support/text_file.hpp"
 #include "dsp/pipeline/pattern.hpp"
@@ -34,7 +35,8 @@ Outcome<Optics> optics_of(const ReconstructOptions& options, const std::filesyst
     index_from = plates_from = name + " of the recording";
   }
   const auto contradicts = [&](const std::string& option, const std::string& taken, const std::string& other) {
-    optics.warnings.push_back(option + " says " + taken + ", " + name + " of the recording " + other + ": " + option + " is used");
+    optics.warnings.push_back(option + " says " + taken + ", " + name + " of the recording " + other + ": " + option +
+                              " is used");
   };
   if (options.refractive_index) {
     if (*recorded && *options.refractive_index != optics.media.water)
@@ -84,11 +86,16 @@ Outcome<RunPlan> plan_of(const ReconstructOptions& options, const Recording& rec
   if (options.features)
     return Problem{Exit::kUsage, "--features is for OpenSRD settings", options.source.string(), "a settings.xml", "", ""};
   if (options.model == 2)
-    return Problem{Exit::kUsage, "--model level-normal is for settings of the 2017 release", options.source.string(),
-                   "1, 3 (plane), 5, 8 or 12", "", ""};
+    return Problem{Exit::kUsage,
+                   "--model level-normal is for settings of the 2017 release",
+                   options.source.string(),
+                   "1, 3 (plane), 5, 8 or 12",
+                   "",
+                   ""};
   if ((!options.lx || !options.ly) && !optics.model)
-    return Problem{Exit::kUsage, "--lx and --ly are missing", options.source.string(),
-                   "the length scales of the surface model, mm", "", "add --lx MM --ly MM"};
+    return Problem{
+        Exit::kUsage, "--lx and --ly are missing", options.source.string(), "the length scales of the surface model, mm",
+        "",           "add --lx MM --ly MM"};
   RunPlan plan;
   const auto modes = modes_of(options, optics.model);
   if (!modes) return modes.error();
@@ -99,15 +106,22 @@ Outcome<RunPlan> plan_of(const ReconstructOptions& options, const Recording& rec
   plan.options.free_index = options.free_index;
   const std::size_t n = static_cast<std::size_t>(modes->size());
   if (options.guess.empty() || options.guess.size() > n)
-    return Problem{Exit::kUsage, "--guess", options.source.string(),
+    return Problem{Exit::kUsage,
+                   "--guess",
+                   options.source.string(),
                    "1 to " + std::to_string(n) + " numbers (mm), the depth first",
-                   std::to_string(options.guess.size()) + " numbers", "add --guess DEPTH"};
+                   std::to_string(options.guess.size()) + " numbers",
+                   "add --guess DEPTH"};
   plan.guess = dsp::Coefficients<double>::Zero(static_cast<Eigen::Index>(n));
   for (std::size_t j = 0; j < options.guess.size(); ++j) plan.guess[static_cast<Eigen::Index>(j)] = options.guess[j];
-  if (plan.media.n_layers > 0 && modes->size() > 0 && (*modes)[0].name() == dsp::Mode{}.name() && !(plan.guess[0] > plan.media.plates()))
-    return Problem{Exit::kUsage, "--guess lies in the floor plates", options.source.string(),
+  if (plan.media.n_layers > 0 && modes->size() > 0 && (*modes)[0].name() == dsp::Mode{}.name() &&
+      !(plan.guess[0] > plan.media.plates()))
+    return Problem{Exit::kUsage,
+                   "--guess lies in the floor plates",
+                   options.source.string(),
                    "a depth above the pattern of more than the plates' " + number_text(plan.media.plates()) + " mm",
-                   number_text(plan.guess[0]) + " mm", "heights count from the pattern, not from the plates"};
+                   number_text(plan.guess[0]) + " mm",
+                   "heights count from the pattern, not from the plates"};
 
   RunCamera camera;
   camera.name = "camera 1";
@@ -140,7 +154,8 @@ Outcome<void> reconstruct_recording(const ReconstructOptions& options) {
   outputs.series = options.out / "surface.csv";
   outputs.summary = options.out / "summary.txt";
   if (auto free = opensrd::check_free(outputs, options.force); !free) return free.error();
-  const Outcome<Recording> recording = read_recording(options.source, {options.rate_hz.value_or(1), options.rate_hz.has_value()});
+  const Outcome<Recording> recording =
+      read_recording(options.source, {options.rate_hz.value_or(1), options.rate_hz.has_value()});
   if (!recording) return recording.error();
   const Outcome<Optics> optics = optics_of(options, recording->folder);
   if (!optics) return optics.error();

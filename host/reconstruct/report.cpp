@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/reconstruct/report.hpp"
 
 #include <unistd.h>
@@ -28,14 +29,15 @@ Outcome<void> report(const RunPlan& plan, const RunResult& result, const std::ve
     for (const FrameRecord& frame : result.frames) ++reasons[frame.status];
     std::string found;
     for (const auto& [reason, count] : reasons) found += (found.empty() ? "" : ", ") + std::to_string(count) + " " + reason;
-    return Problem{Exit::kInput, "no frame gave a surface", out.string(), "at least one surface", found,
-                   "summary.txt there says why, frame by frame"};
+    return Problem{Exit::kInput, "no frame gave a surface",
+                   out.string(), "at least one surface",
+                   found,        "summary.txt there says why, frame by frame"};
   }
   for (const std::string& line : head) std::printf("%s\n", line.c_str());
   std::printf("refractive index %s\n", index_text(plan, result).c_str());
   std::printf("%zu of %zu frames with a surface, mean %s error %.5f %s, mean height over the %s %.4f mm, %.2f ms a frame\n",
-              m.surfaces, result.frames.size(), metric_name(plan), m.error,
-              metric_unit(plan), plan.pattern_run ? "region" : "pattern", m.height_mm, 1000 * m.seconds_a_frame);
+              m.surfaces, result.frames.size(), metric_name(plan), m.error, metric_unit(plan),
+              plan.pattern_run ? "region" : "pattern", m.height_mm, 1000 * m.seconds_a_frame);
   std::printf("results in %s\n", out.string().c_str());
   return {};
 }

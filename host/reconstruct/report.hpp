@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a person sees while and after srd reconstruct runs. Progress only on a terminal.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Surfaces of a sequence of frames, one to many cameras jointly, frame after frame in chronological order.
 // The same plan gives the same numbers on every machine and with any number of threads.
 #pragma once
@@ -18,21 +19,21 @@
 namespace srd::host {
 
 struct RunCamera {
-  std::string name;                            // "camera 1"
+  std::string name;  // "camera 1"
   Calibration calibration;
   dsp::Pose<double> pose;
-  std::vector<int> points;                     // own list of points -> RunPlan::points
-  std::vector<std::filesystem::path> frames;   // chronological: images or feature files
+  std::vector<int> points;                    // own list of points -> RunPlan::points
+  std::vector<std::filesystem::path> frames;  // chronological: images or feature files
 };
 
 // What the pattern metric needs instead of points and corners.
 struct PatternRun {
-  Region region;                    // of every image
+  Region region;                           // of every image
   int dark_below = 0, bright_above = 255;  // grey levels: see pattern_mask()
   dsp::PatternSurface surface;
   dsp::CheckerPlane plane;
   dsp::PatternOptions options;
-  dsp::Vec3<double> centre_ray;     // direction through the middle of the pixels that show the pattern
+  dsp::Vec3<double> centre_ray;  // direction through the middle of the pixels that show the pattern
 };
 
 struct RunPlan {
@@ -51,12 +52,12 @@ struct RunPlan {
   // Chronological, one a frame.
   std::vector<std::uint64_t> sequences;
   std::vector<std::int64_t> times_ns;
-  bool times_known = false;        // false: they only count frames, a second each
-  int threads = 1;                 // >= 1; results do not depend on it
+  bool times_known = false;  // false: they only count frames, a second each
+  int threads = 1;           // >= 1; results do not depend on it
 };
 
 struct RunResult {
-  std::vector<FrameRecord> frames;    // chronological
+  std::vector<FrameRecord> frames;  // chronological
   std::vector<std::string> warnings;
 };
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/reconstruct/run_kinds.hpp"
 
 #include <algorithm>
@@ -50,8 +51,12 @@ const char* status_text(dsp::Stop stop) {
 }
 
 Problem unusable_model(Errc code) {
-  return {Exit::kUsage, "the model or the optimiser's settings cannot be used", "",
-          "as many scales as parameters", to_string(code), ""};
+  return {Exit::kUsage,
+          "the model or the optimiser's settings cannot be used",
+          "",
+          "as many scales as parameters",
+          to_string(code),
+          ""};
 }
 
 Outcome<RunResult> run_features(const RunPlan& plan, const Progress& progress) {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <chrono>
 #include <optional>
 
@@ -45,8 +46,7 @@ Images read_frame(const RunPlan& plan, std::size_t i) {
   for (const RunCamera& camera : plan.cameras) {
     Outcome<GrayImage> image = read_gray_image(camera.frames[i]);
     if (!image) return image.error();
-    if (auto right = opensrd::check_size(image->view(), camera.calibration, camera.frames[i]); !right)
-      return right.error();
+    if (auto right = opensrd::check_size(image->view(), camera.calibration, camera.frames[i]); !right) return right.error();
     images.push_back(std::move(image).value());
   }
   return images;
@@ -128,9 +128,12 @@ Outcome<RunResult> run_images(const RunPlan& plan, const Progress& progress) {
   const auto make_pattern = [&](dsp::FirstSquare first) { return dsp::Pattern::make(plan.points, first); };
   auto pattern = make_pattern(dsp::FirstSquare::kDark);
   if (!pattern || pattern->rows() < 2 || pattern->columns() < 2)
-    return Problem{Exit::kInput, "the feature points are not corners of a checkerboard", plan.points_file,
+    return Problem{Exit::kInput,
+                   "the feature points are not corners of a checkerboard",
+                   plan.points_file,
                    "points on a square grid along X and Y, to 5 % of a square, not all in one line",
-                   pattern ? "points in one line" : "other points", "check the points' file"};
+                   pattern ? "points in one line" : "other points",
+                   "check the points' file"};
   std::vector<dsp::View<double>> views;
   std::vector<dsp::CameraSetup<double>> setups;
   for (std::size_t c = 0; c < plan.cameras.size(); ++c) {
@@ -139,8 +142,8 @@ Outcome<RunResult> run_images(const RunPlan& plan, const Progress& progress) {
   }
   const std::optional<Opening> opening = open(plan, *read.images, views, pattern->square());
   if (opening) pattern = make_pattern(opening->first);
-  auto tracker = Tracker::make(setups, *pattern, plan.model, plan.media, opening ? opening->guess : plan.guess,
-                               plan.options, tracker_options(plan, opening ? opening->rms_px : 0));
+  auto tracker = Tracker::make(setups, *pattern, plan.model, plan.media, opening ? opening->guess : plan.guess, plan.options,
+                               tracker_options(plan, opening ? opening->rms_px : 0));
   if (!tracker) return unusable_model(tracker.error());
 
   RunResult result;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The ways of run(): frames whose corners are known already, from feature files; frames as images; and images by the
 // pattern metric.
 #pragma once

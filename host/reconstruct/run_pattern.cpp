@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <ctime>
 
@@ -52,8 +53,7 @@ class BlockFitter {
   }
 
  private:
-  void fit_frame(std::size_t i, dsp::StartHistory<double>& history, FrameRecord& record,
-                 std::vector<std::string>& warnings) {
+  void fit_frame(std::size_t i, dsp::StartHistory<double>& history, FrameRecord& record, std::vector<std::string>& warnings) {
     const RunCamera& camera = plan_.cameras.front();
     record.name = camera.frames[i].filename().string();
     record.sequence = plan_.sequences[i];
@@ -99,8 +99,8 @@ class BlockFitter {
 Outcome<RunResult> run_pattern(const RunPlan& plan, const Progress& progress) {
   const RunCamera& camera = plan.cameras.front();
   const PatternRun& pattern = *plan.pattern_run;
-  const auto estimator = dsp::PatternEstimator::make({camera.calibration.camera, camera.pose}, pattern.region,
-                                                     pattern.surface, plan.media, pattern.plane, pattern.options);
+  const auto estimator = dsp::PatternEstimator::make({camera.calibration.camera, camera.pose}, pattern.region, pattern.surface,
+                                                     plan.media, pattern.plane, pattern.options);
   if (!estimator) return unusable_model(estimator.error());
   const std::size_t total = camera.frames.size(), blocks = (total + kBlock - 1) / kBlock;
   const int threads = static_cast<int>(std::min<std::size_t>(static_cast<std::size_t>(plan.threads), blocks));

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/reconstruct/series.hpp"
 
 #include <algorithm>
@@ -69,10 +70,10 @@ std::string series_csv(const RunPlan& plan, const RunResult& result) {
   for (const FrameRecord& frame : result.frames) {
     const bool good = frame.has_surface();
     const dsp::Estimate<double>& e = frame.estimate;
-    text += std::string(kNode) + "," + boot_text(0) + "," + std::to_string(frame.sequence) + "," + std::to_string(frame.time_ns) + "," +
-            clock + "," + frame.status + "," + std::to_string(frame.expected) + "," + std::to_string(frame.found) +
-            "," + std::to_string(good ? e.corners_used : 0) + "," + (good ? fixed(e.mean_error, 7) : "") + "," +
-            metric_name(plan) + "," +
+    text += std::string(kNode) + "," + boot_text(0) + "," + std::to_string(frame.sequence) + "," +
+            std::to_string(frame.time_ns) + "," + clock + "," + frame.status + "," + std::to_string(frame.expected) + "," +
+            std::to_string(frame.found) + "," + std::to_string(good ? e.corners_used : 0) + "," +
+            (good ? fixed(e.mean_error, 7) : "") + "," + metric_name(plan) + "," +
             (good ? fixed(plan.model.height(e.coefficients, pattern.x_centre(), pattern.y_centre()), 6) : "");
     for (int j = 0; j < plan.model.modes.size(); ++j) text += "," + (good ? fixed(e.coefficients[j], 6) : "");
     for (int j = 0; j < plan.model.modes.size(); ++j)
@@ -130,14 +131,14 @@ std::string summary_text(const RunPlan& plan, const RunResult& result, const std
   }
   text += "time: " + fixed(1000 * m.seconds_a_frame, 2) + " ms a frame\n";
   for (const std::string& warning : warnings) text += "warning: " + warning + "\n";
-  text += "\nframe\tfile\tstatus\t" + std::string(plan.pattern_run ? "pixels" : "corners") + "\tmean error (" + unit + ")\theight (mm)";
+  text += "\nframe\tfile\tstatus\t" + std::string(plan.pattern_run ? "pixels" : "corners") + "\tmean error (" + unit +
+          ")\theight (mm)";
   text += plan.options.free_index ? "\tindex\tits deviation\n" : "\n";
   for (const FrameRecord& frame : result.frames) {
-    text += std::to_string(frame.sequence) + "\t" + frame.name + "\t" + frame.status + "\t" +
-            std::to_string(frame.found) + "/" + std::to_string(frame.expected);
+    text += std::to_string(frame.sequence) + "\t" + frame.name + "\t" + frame.status + "\t" + std::to_string(frame.found) +
+            "/" + std::to_string(frame.expected);
     if (frame.has_surface())
-      text += "\t" + fixed(frame.estimate.mean_error, 5) + "\t" +
-              fixed(pattern_height(plan, frame.estimate.coefficients), 4);
+      text += "\t" + fixed(frame.estimate.mean_error, 5) + "\t" + fixed(pattern_height(plan, frame.estimate.coefficients), 4);
     if (frame.has_surface() && plan.options.free_index)
       text += "\t" + fixed(frame.estimate.index, 6) + "\t" + fixed(frame.estimate.index_deviation, 6);
     text += "\n";
@@ -145,8 +146,8 @@ std::string summary_text(const RunPlan& plan, const RunResult& result, const std
   return text;
 }
 
-Outcome<void> write_series(const std::filesystem::path& series, const std::filesystem::path& summary,
-                           const RunPlan& plan, const RunResult& result, const std::vector<std::string>& head,
+Outcome<void> write_series(const std::filesystem::path& series, const std::filesystem::path& summary, const RunPlan& plan,
+                           const RunResult& result, const std::vector<std::string>& head,
                            const std::vector<std::string>& warnings) {
   std::vector<std::string> all = warnings;
   all.insert(all.end(), result.warnings.begin(), result.warnings.end());

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The chronological result of a run: the CSV that `srd listen` writes too, its model beside it, and a summary to read.
 #pragma once
 
@@ -29,12 +30,11 @@ struct RunMeans {
 [[nodiscard]] const char* metric_unit(const RunPlan& plan);
 
 // head: what was run on what, line by line.
-[[nodiscard]] std::string summary_text(const RunPlan& plan, const RunResult& result,
-                                       const std::vector<std::string>& head,
+[[nodiscard]] std::string summary_text(const RunPlan& plan, const RunResult& result, const std::vector<std::string>& head,
                                        const std::vector<std::string>& warnings);
 // surface.csv, its model beside it and the summary.
 [[nodiscard]] Outcome<void> write_series(const std::filesystem::path& series, const std::filesystem::path& summary,
-                                         const RunPlan& plan, const RunResult& result,
-                                         const std::vector<std::string>& head, const std::vector<std::string>& warnings);
+                                         const RunPlan& plan, const RunResult& result, const std::vector<std::string>& head,
+                                         const std::vector<std::string>& warnings);
 
 }  // namespace srd::host

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/simulate/command.hpp"
 
 #include <unistd.h>
@@ -39,8 +40,7 @@ Outcome<void> run_simulate(Options& options) {
     }
     text = *given;
   }
-  Outcome<Scene> scene =
-      parse_scene(text, options.scene_file.empty() ? "built-in scene" : options.scene_file);
+  Outcome<Scene> scene = parse_scene(text, options.scene_file.empty() ? "built-in scene" : options.scene_file);
   if (!scene) return scene.error();
   if (options.frames) scene->frames = *options.frames;
   if (options.seed) scene->seed = static_cast<std::uint64_t>(*options.seed);
@@ -50,8 +50,8 @@ Outcome<void> run_simulate(Options& options) {
       std::cerr << "\rframe " << done << " of " << all << (done == all ? "\n" : "") << std::flush;
     };
   if (Outcome<void> written = write_simulation(*scene, text, options.simulation); !written) return written;
-  std::cout << options.simulation.out.string() << ": " << scene->frames << " frames of " << scene->width()
-            << " x " << scene->height() << " px\n"
+  std::cout << options.simulation.out.string() << ": " << scene->frames << " frames of " << scene->width() << " x "
+            << scene->height() << " px\n"
             << std::flush;
   return {};
 }
@@ -63,14 +63,11 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("simulate", "Render a recording of moving water with known truth");
   command->add_option("SCENE.toml", options->scene_file, "The scene; the built-in flume when left out");
   command->add_option("--out", options->simulation.out, "Folder for the recording");
-  command->add_option("--frames", options->frames, "Number of frames, in place of the scene's")
-      ->check(CLI::Range(1, 1000000));
-  command->add_option("--seed", options->seed, "Seed of the noise, in place of the scene's")
-      ->check(CLI::NonNegativeNumber);
+  command->add_option("--frames", options->frames, "Number of frames, in place of the scene's")->check(CLI::Range(1, 1000000));
+  command->add_option("--seed", options->seed, "Seed of the noise, in place of the scene's")->check(CLI::NonNegativeNumber);
   command->add_flag("--pgm", options->pgm, "Images as PGM (larger, faster to read) in place of PNG");
   command->add_flag("--force", options->simulation.force, "Replace a recording that is there");
-  command->add_flag("--default-scene", options->default_scene,
-                    "Print the built-in scene as a commented file and end");
+  command->add_flag("--default-scene", options->default_scene, "Print the built-in scene as a commented file and end");
   command->callback([options, &exit_code] {
     const Outcome<void> done = run_simulate(*options);
     if (!done) std::cerr << done.error().text();

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `srd simulate SCENE.toml --out DIR`: renders a recording with known truth.
 #pragma once
 

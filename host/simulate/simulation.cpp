@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/simulate/simulation.hpp"
 
 #include <algorithm>
@@ -23,8 +24,7 @@ using Pixels = std::vector<dsp::Vec2<double>>;
 void add_pixel_row(const Pixels& pixels, std::string& text) {
   char number[64];
   for (std::size_t i = 0; i < pixels.size(); ++i) {
-    const int length =
-        std::snprintf(number, sizeof number, "%s%.6f,%.6f", i == 0 ? "" : ",", pixels[i].x(), pixels[i].y());
+    const int length = std::snprintf(number, sizeof number, "%s%.6f,%.6f", i == 0 ? "" : ",", pixels[i].x(), pixels[i].y());
     text.append(number, static_cast<std::size_t>(length));
   }
   text += '\n';
@@ -33,8 +33,8 @@ void add_pixel_row(const Pixels& pixels, std::string& text) {
 Outcome<void> nothing_is_there(const SimulationOptions& options) {
   if (options.force) return {};
   std::error_code error;
-  for (const std::string_view name : {kFramesName, kCalibrationName, kPoseName, kPointsName, kTruthName,
-                                      kReferenceName, kOpticsName, kPixelsName, kReferencePixelsName, kSceneName})
+  for (const std::string_view name : {kFramesName, kCalibrationName, kPoseName, kPointsName, kTruthName, kReferenceName,
+                                      kOpticsName, kPixelsName, kReferencePixelsName, kSceneName})
     if (fs::exists(options.out / name, error))
       return Problem{Exit::kUsage,
                      "is there already",
@@ -46,16 +46,14 @@ Outcome<void> nothing_is_there(const SimulationOptions& options) {
 }
 
 Problem unseen(const Scene& scene, int frame, Errc why) {
-  return {
-      Exit::kUsage,   "scene: a corner cannot be seen through the water in frame " + std::to_string(frame),
-      scene.name,     "a surface that every ray meets once",
-      to_string(why), "lower the amplitudes"};
+  return {Exit::kUsage,   "scene: a corner cannot be seen through the water in frame " + std::to_string(frame),
+          scene.name,     "a surface that every ray meets once",
+          to_string(why), "lower the amplitudes"};
 }
 
 }  // namespace
 
-Outcome<void> write_simulation(const Scene& scene, std::string_view scene_text,
-                               const SimulationOptions& options) {
+Outcome<void> write_simulation(const Scene& scene, std::string_view scene_text, const SimulationOptions& options) {
   if (Outcome<void> free = nothing_is_there(options); !free) return free;
   // All that can fail for the scene's sake comes before the first byte is written.
   Truth truth{scene.surface.modes, {}};
@@ -76,12 +74,11 @@ Outcome<void> write_simulation(const Scene& scene, std::string_view scene_text,
   for (const Outcome<void>& written :
        {write_calibration(file(kCalibrationName), scene.calibration), write_pose(file(kPoseName), scene.pose),
         write_points(file(kPointsName), scene.points()), write_truth(file(kTruthName), truth),
-        write_recorded_optics(options.out, {scene.media, scene.surface}),
-        write_text_file(file(kPixelsName), pixel_text), write_text_file(file(kSceneName), scene_text)})
+        write_recorded_optics(options.out, {scene.media, scene.surface}), write_text_file(file(kPixelsName), pixel_text),
+        write_text_file(file(kSceneName), scene_text)})
     if (!written) return written;
 
-  GrayImage image{std::vector<std::uint8_t>(static_cast<std::size_t>(scene.width()) *
-                                            static_cast<std::size_t>(scene.height())),
+  GrayImage image{std::vector<std::uint8_t>(static_cast<std::size_t>(scene.width()) * static_cast<std::size_t>(scene.height())),
                   scene.width(), scene.height()};
   const GrayBuffer buffer{image.pixels.data(), image.width, image.height, image.width};
   std::error_code ignored;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A recording of a rendered scene, with everything that is known of it.
 #pragma once
 
@@ -23,7 +24,6 @@ struct SimulationOptions {
 // every point, a row a frame), scene.toml (scene_text as given) and, when the scene asks for it,
 // reference.png with reference_truth_pixels.csv. kUsage when one of them is there and force is not given;
 // nothing is written then.
-[[nodiscard]] Outcome<void> write_simulation(const Scene& scene, std::string_view scene_text,
-                                             const SimulationOptions& options);
+[[nodiscard]] Outcome<void> write_simulation(const Scene& scene, std::string_view scene_text, const SimulationOptions& options);
 
 }  // namespace srd::host

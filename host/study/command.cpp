@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/study/command.hpp"
 
 #include <unistd.h>
@@ -12,8 +13,7 @@ namespace srd::host {
 namespace {
 
 Outcome<void> run_study(study::StudyOptions& options) {
-  if (options.out.empty())
-    return Problem{Exit::kUsage, "no folder to write to", "srd study", "--out DIR", "", "add --out DIR"};
+  if (options.out.empty()) return Problem{Exit::kUsage, "no folder to write to", "srd study", "--out DIR", "", "add --out DIR"};
   if (isatty(STDERR_FILENO) != 0)
     options.progress = [](int done, int all) {
       std::cerr << "\rcondition " << done << " of " << all << (done == all ? "\n" : "") << std::flush;

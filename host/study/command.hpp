@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `srd study --out DIR`: how precise corners and surfaces are, as tables, figures and one page.
 #pragma once
 

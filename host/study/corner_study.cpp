@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/study/corner_study.hpp"
 
 #include <algorithm>
@@ -14,7 +15,7 @@ namespace srd::study {
 namespace {
 
 constexpr int kWidth = 960, kHeight = 600;  // px
-constexpr double kMargin = 24;                // px
+constexpr double kMargin = 24;              // px
 constexpr int kLeastWindow = 2, kMostWindow = 16;
 
 // A dry board, turned and in perspective: subpixel phases differ from corner to corner.
@@ -25,8 +26,7 @@ Scene board(const CornerConditions& conditions, int variant) {
   scene.calibration.image_width = kWidth;
   scene.calibration.image_height = kHeight;
   scene.calibration.distortion.clear();
-  scene.calibration.camera =
-      dsp::CameraModel<double>::make(1900, 1900, (kWidth - 1) / 2.0, (kHeight - 1) / 2.0, {}).value();
+  scene.calibration.camera = dsp::CameraModel<double>::make(1900, 1900, (kWidth - 1) / 2.0, (kHeight - 1) / 2.0, {}).value();
   scene.pattern.square_mm = conditions.square_px / 1.9;  // seen from 1 m
   scene.pattern.rows = std::min(14, static_cast<int>(0.8 * kHeight / conditions.square_px) - 1);
   scene.pattern.columns = std::min(24, static_cast<int>(0.8 * kWidth / conditions.square_px) - 1);
@@ -76,12 +76,10 @@ void add_opencv(const GrayView& image, const std::vector<dsp::Vec2<double>>& tru
     std::vector<cv::Point2f> corners;
     for (const auto& at : truth)
       corners.emplace_back(static_cast<float>(std::round(at.x())), static_cast<float>(std::round(at.y())));
-    cv::cornerSubPix(pixels, corners, {window, window}, {-1, -1},
-                     {cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 100, 1e-4});
+    cv::cornerSubPix(pixels, corners, {window, window}, {-1, -1}, {cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 100, 1e-4});
     for (std::size_t i = 0; i < truth.size(); ++i)
-      sums.opencv[static_cast<std::size_t>(window)] +=
-          std::pow(static_cast<double>(corners[i].x) - truth[i].x(), 2) +
-          std::pow(static_cast<double>(corners[i].y) - truth[i].y(), 2);
+      sums.opencv[static_cast<std::size_t>(window)] += std::pow(static_cast<double>(corners[i].x) - truth[i].x(), 2) +
+                                                       std::pow(static_cast<double>(corners[i].y) - truth[i].y(), 2);
   }
 }
 

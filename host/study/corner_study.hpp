@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Corners of rendered boards against the truth, while one condition at a time changes.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/study/lower_bound.hpp"
 
 #include <Eigen/Cholesky>
@@ -7,9 +8,8 @@
 
 namespace srd::study {
 
-Result<dsp::InformationMatrix<double>> information_bound(const Tank& tank, std::size_t view,
-                                                         const dsp::Coefficients<double>& a, double sigma_px,
-                                                         std::span<const int> seen) {
+Result<dsp::InformationMatrix<double>> information_bound(const Tank& tank, std::size_t view, const dsp::Coefficients<double>& a,
+                                                         double sigma_px, std::span<const int> seen) {
   const int modes = tank.model.modes.size();
   dsp::InformationMatrix<double> information = dsp::InformationMatrix<double>::Zero(modes, modes);
   const dsp::View<double>& camera = tank.views[view];
@@ -27,8 +27,8 @@ Result<dsp::InformationMatrix<double>> information_bound(const Tank& tank, std::
     // The point stays where it is when a changes: dq = -(dq/db) db/da.
     Eigen::Matrix<double, 2, Eigen::Dynamic> jacobian(2, modes);
     for (int j = 0; j < modes; ++j)
-      jacobian.col(j) = -prediction->pixel_per_mm * (trace.d_height * basis.value[j] +
-                                                     trace.d_slope * dsp::Vec2<double>(basis.dx[j], basis.dy[j]));
+      jacobian.col(j) = -prediction->pixel_per_mm *
+                        (trace.d_height * basis.value[j] + trace.d_slope * dsp::Vec2<double>(basis.dx[j], basis.dy[j]));
     information += jacobian.transpose() * jacobian / (sigma_px * sigma_px);
     return {};
   };

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What no unbiased estimate beats. Optics (19), (20).
 #pragma once
 
@@ -19,8 +20,8 @@ struct Tank {
 // sum J_i' J_i / sigma^2 at the surface a over the corners that one view sees, 1/mm^2; (19). sigma_px: of a corner, per
 // axis. seen: indices of points; empty: all. kOutOfDomain or kNotConverged when a corner cannot be seen.
 [[nodiscard]] Result<dsp::InformationMatrix<double>> information_bound(const Tank& tank, std::size_t view,
-                                                                       const dsp::Coefficients<double>& a,
-                                                                       double sigma_px, std::span<const int> seen = {});
+                                                                       const dsp::Coefficients<double>& a, double sigma_px,
+                                                                       std::span<const int> seen = {});
 
 // Least rms error of the surface over the points, mm, for coefficients with this information. kSingular.
 [[nodiscard]] Result<double> surface_bound(const Tank& tank, const dsp::InformationMatrix<double>& information);

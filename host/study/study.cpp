@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/study/study.hpp"
 
 #include <cstdarg>
@@ -29,9 +30,9 @@ std::string corner_csv(const std::vector<CornerRow>& rows) {
       "varied,blur_px,noise,contrast,square_px,corners,found,rms_px,stated_px,bound_px,opencv_px,opencv_window\n";
   for (const CornerRow& row : rows) {
     const CornerConditions& c = row.conditions;
-    text += row.varied + formatted(",%g,%g,%g,%g,%d,%d,%.5f,%.5f,%.5f,%.5f,%d\n", c.blur_px, c.noise, c.contrast,
-                                   c.square_px, row.corners, row.found, row.rms_px, row.stated_px, row.bound_px,
-                                   row.opencv_px, row.opencv_window);
+    text += row.varied + formatted(",%g,%g,%g,%g,%d,%d,%.5f,%.5f,%.5f,%.5f,%d\n", c.blur_px, c.noise, c.contrast, c.square_px,
+                                   row.corners, row.found, row.rms_px, row.stated_px, row.bound_px, row.opencv_px,
+                                   row.opencv_window);
   }
   return text;
 }
@@ -52,8 +53,8 @@ host::PageTable corner_table(const std::vector<CornerRow>& rows) {
                         {}};
   for (const CornerRow& row : rows)
     table.rows.push_back({row.varied, formatted("%g", row.value()), formatted("%d of %d", row.found, row.corners),
-                          formatted("%.4f", row.rms_px), formatted("%.4f", row.stated_px),
-                          formatted("%.4f", row.bound_px), formatted("%.2f", row.rms_px / row.bound_px),
+                          formatted("%.4f", row.rms_px), formatted("%.4f", row.stated_px), formatted("%.4f", row.bound_px),
+                          formatted("%.2f", row.rms_px / row.bound_px),
                           formatted("%.4f (%d)", row.opencv_px, row.opencv_window)});
   return table;
 }
@@ -80,8 +81,8 @@ Outcome<std::vector<fs::path>> study(const StudyOptions& options) {
   if (!options.force)
     for (const fs::path& file : files)
       if (fs::exists(file, error))
-        return Problem{Exit::kUsage, "the file is there already", file.string(), "", "",
-                       "another --out DIR, or --force to replace it"};
+        return Problem{
+            Exit::kUsage, "the file is there already", file.string(), "", "", "another --out DIR, or --force to replace it"};
   error.clear();
   fs::create_directories(options.out, error);
   if (error)

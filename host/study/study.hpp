@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `srd study`: how precise corners and surfaces are on images with known truth, written as tables, figures and a page.
 #pragma once
 

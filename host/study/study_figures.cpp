@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/study/study_figures.hpp"
 
 #include <algorithm>
@@ -41,8 +42,8 @@ struct Series {
   bool dots;
 };
 
-void draw_corner_panel(host::Scene& scene, const Rectangle& area, const std::vector<CornerRow>& rows,
-                       const std::string& varied, const std::string& title, const std::string& unit) {
+void draw_corner_panel(host::Scene& scene, const Rectangle& area, const std::vector<CornerRow>& rows, const std::string& varied,
+                       const std::string& title, const std::string& unit) {
   static const std::array<Series, 4> all{{{&CornerRow::bound_px, {host::kBlack, 1.2}, false},
                                           {&CornerRow::stated_px, {host::kGreen, 1.6}, false},
                                           {&CornerRow::opencv_px, {host::kVermilion, 1.2}, true},
@@ -56,8 +57,8 @@ void draw_corner_panel(host::Scene& scene, const Rectangle& area, const std::vec
   }
   const double room = 0.05 * (x.back() - x.front());
   const Panel panel{area, {x.front() - room, x.back() + room}, {0.001, 0.15, true}};
-  const PanelLabels labels{.title = title, .x_label = title + ", " + unit, .y_label = "px rms per axis", .x_unit = unit,
-                           .y_unit = "px"};
+  const PanelLabels labels{
+      .title = title, .x_label = title + ", " + unit, .y_label = "px rms per axis", .x_unit = unit, .y_unit = "px"};
   host::draw_panel(scene, panel, labels);
   for (std::size_t i = 0; i < all.size(); ++i) {
     draw_line(scene, panel, x, y[i], all[i].stroke, all[i].dots ? "series" : "");
@@ -66,15 +67,18 @@ void draw_corner_panel(host::Scene& scene, const Rectangle& area, const std::vec
   host::finish_panel(scene, panel, labels);
 }
 
-void draw_surface_panel(host::Scene& scene, const Rectangle& area, const std::vector<SurfaceRow>& rows,
-                        SurfaceSource source, const std::string& title) {
+void draw_surface_panel(host::Scene& scene, const Rectangle& area, const std::vector<SurfaceRow>& rows, SurfaceSource source,
+                        const std::string& title) {
   static constexpr std::array<Colour, 3> kColours{host::kBlue, host::kVermilion, host::kGreen};
   double most = 0;
   for (const SurfaceRow& row : rows)
     if (row.source == source) most = std::max({most, row.surface_mm, row.bound_mm});
   const Panel panel{area, {0, 13}, {0, 1.1 * most}};
-  const PanelLabels labels{.title = title, .x_label = "parameters of the surface", .y_label = "mm rms over the pattern",
-                           .x_unit = "parameters", .y_unit = "mm"};
+  const PanelLabels labels{.title = title,
+                           .x_label = "parameters of the surface",
+                           .y_label = "mm rms over the pattern",
+                           .x_unit = "parameters",
+                           .y_unit = "mm"};
   host::draw_panel(scene, panel, labels);
   for (int cameras = 1; cameras <= 3; ++cameras) {
     std::vector<double> x, measured, bound;
@@ -107,10 +111,10 @@ host::Figure corner_figure(const std::vector<CornerRow>& rows) {
                                                                  {"contrast", "Contrast", "grey levels"},
                                                                  {"square_px", "Square", "px"}}};
   for (std::size_t i = 0; i < panels.size(); ++i)
-    draw_corner_panel(figure.scene,
-                      {kLeft + static_cast<double>(i % 2) * (kWide + 90), kTop + static_cast<double>(i / 2) * (kHigh + 72),
-                       kWide, kHigh},
-                      rows, panels[i][0], panels[i][1], panels[i][2]);
+    draw_corner_panel(
+        figure.scene,
+        {kLeft + static_cast<double>(i % 2) * (kWide + 90), kTop + static_cast<double>(i / 2) * (kHigh + 72), kWide, kHigh},
+        rows, panels[i][0], panels[i][1], panels[i][2]);
   figure.caption =
       "Error of a checkerboard corner per axis while one condition changes; the others stay at blur 0.9 px, noise 2 and "
       "contrast 200 grey levels, squares of 38 px. The lower bound (20) is for square-on edges, a window of 11 px and "
@@ -123,8 +127,9 @@ host::Figure surface_figure(const std::vector<SurfaceRow>& rows) {
   constexpr double kLeft = 78, kWide = 380, kHigh = 300, kTop = 84;
   host::Figure figure{"surface", {}, host::Scene(host::kFigureWidth, kTop + kHigh + 50)};
   host::draw_heading(figure.scene, "Error of the surface", "dots: measured; lines: lower bound");
-  host::draw_legend(figure.scene, {kLeft, 46},
-                    {{"1 camera", {host::kBlue, 1.6}}, {"2 cameras", {host::kVermilion, 1.6}}, {"3 cameras", {host::kGreen, 1.6}}});
+  host::draw_legend(
+      figure.scene, {kLeft, 46},
+      {{"1 camera", {host::kBlue, 1.6}}, {"2 cameras", {host::kVermilion, 1.6}}, {"3 cameras", {host::kGreen, 1.6}}});
   draw_surface_panel(figure.scene, {kLeft, kTop, kWide, kHigh}, rows, SurfaceSource::kFeatures,
                      "True corners with 0.1 px noise");
   draw_surface_panel(figure.scene, {kLeft + kWide + 90, kTop, kWide, kHigh}, rows, SurfaceSource::kImages,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/study/surface_study.hpp"
 
 #include <array>
@@ -25,8 +26,7 @@ std::vector<Scene> tank_scenes(int parameters, int cameras) {
     scene.surface.modes = dsp::ModeList::standard(parameters).value();
     scene.motions.clear();
     for (int j = 0; j < parameters; ++j)
-      scene.motions.push_back(
-          {scene.surface.modes[j], j == 0 ? 80.0 : 0.0, j < 5 ? 3.0 : 1.0, 0.4 + 0.17 * j, 0.7 + 1.9 * j});
+      scene.motions.push_back({scene.surface.modes[j], j == 0 ? 80.0 : 0.0, j < 5 ? 3.0 : 1.0, 0.4 + 0.17 * j, 0.7 + 1.9 * j});
     const double azimuth = M_PI * (200 + 120 * i) / 180, tilt = M_PI / 10, off = 960;
     const dsp::Vec3<double> target(100, 200, 0);
     scene.pose = look_at(target + off * dsp::Vec3<double>(std::sin(tilt) * std::cos(azimuth),
@@ -57,17 +57,16 @@ struct Case {
   // mm^2; sigma of a corner in each view.
   [[nodiscard]] double bound_squared(const dsp::Coefficients<double>& truth, double sigma_px) const {
     dsp::InformationMatrix<double> sum = information_bound(tank, 0, truth, sigma_px).value();
-    for (std::size_t view = 1; view < views.size(); ++view)
-      sum += information_bound(tank, view, truth, sigma_px).value();
+    for (std::size_t view = 1; view < views.size(); ++view) sum += information_bound(tank, view, truth, sigma_px).value();
     return std::pow(surface_bound(tank, sum).value(), 2);
   }
 };
 
 SurfaceRow from_features(int parameters, int cameras, int draws) {
   Case c(parameters, cameras);
-  auto estimator = dsp::SurfaceEstimator<double>::make(c.tank.model, c.tank.media, c.points, {},
-                                                       cameras * static_cast<int>(c.points.size()))
-                       .value();
+  auto estimator =
+      dsp::SurfaceEstimator<double>::make(c.tank.model, c.tank.media, c.points, {}, cameras * static_cast<int>(c.points.size()))
+          .value();
   std::mt19937_64 random(static_cast<std::uint64_t>(100 * parameters + cameras));
   std::normal_distribution<double> normal(0, kNoisePx);
   const dsp::Coefficients<double> truth = c.scenes[0].coefficients(0), start = c.start();
@@ -113,12 +112,11 @@ Outcome<SurfaceRow> from_images(int parameters, int cameras, int frames) {
     if (!renderer) return renderer.error();
     renderers.push_back(std::move(*renderer));
     setups.push_back({scene.view(), scene.width(), scene.height(), {}});
-    images.push_back({std::vector<std::uint8_t>(static_cast<std::size_t>(scene.width() * scene.height())),
-                      scene.width(), scene.height()});
+    images.push_back(
+        {std::vector<std::uint8_t>(static_cast<std::size_t>(scene.width() * scene.height())), scene.width(), scene.height()});
   }
-  auto tracker = dsp::SurfaceTracker<double>::make(
-                     setups, dsp::Pattern::make(c.points, dsp::FirstSquare::kDark).value(), c.tank.model, c.tank.media,
-                     c.start(), {}, {})
+  auto tracker = dsp::SurfaceTracker<double>::make(setups, dsp::Pattern::make(c.points, dsp::FirstSquare::kDark).value(),
+                                                   c.tank.model, c.tank.media, c.start(), {}, {})
                      .value();
   SurfaceRow row{SurfaceSource::kImages, parameters, cameras, frames};
   double squares = 0, bounds = 0, corner_squares = 0, corners = 0;

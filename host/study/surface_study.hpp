@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The surface's error against the least possible one (19), for every published model and one to three cameras.
 #pragma once
 

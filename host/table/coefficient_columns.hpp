@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The columns of a coefficient file, which srd listen and srd reconstruct write and every reader finds by name:
 // node,boot,sequence,time_ns,clock,status,n_expected,n_found,n_used,mean_error,metric,height_mm,<modes>,sd_<modes>,
 // wall_time_ns,wall_uncertainty_ns. time_ns is the sensor's; wall_time_ns the same moment since 1970 UTC, with its standard

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/table/coefficient_run.hpp"
 
 #include <algorithm>
@@ -37,8 +38,7 @@ Outcome<dsp::ModeList> modes_of(const CsvTable& table, const std::string& file) 
   std::vector<dsp::Mode> modes;
   for (const std::string& column : table.columns()) {
     if (column.starts_with("sd_") && !dsp::Mode::parse(column.substr(3)))
-      return Problem{
-          .what = "column '" + column + "' names no mode", .where = file + ":1", .expected = kHeader};
+      return Problem{.what = "column '" + column + "' names no mode", .where = file + ":1", .expected = kHeader};
     if (const auto mode = dsp::Mode::parse(column)) modes.push_back(*mode);
   }
   const auto list = dsp::ModeList::make(modes);
@@ -77,16 +77,14 @@ Outcome<Columns> columns_of(const CsvTable& table, const std::string& file) {
 }
 
 // The node that the person means.
-Outcome<std::string> choose_node(const std::vector<std::string>& names, const std::string& wanted,
-                                 const std::string& file) {
+Outcome<std::string> choose_node(const std::vector<std::string>& names, const std::string& wanted, const std::string& file) {
   const std::set<std::string> present(names.begin(), names.end());
   if (wanted.empty() && present.size() == 1) return *present.begin();
   if (!wanted.empty() && present.contains(wanted)) return wanted;
   std::string list;
   for (const std::string& name : present) list += (list.empty() ? "" : ", ") + name;
   if (wanted.empty())
-    return Problem{Exit::kUsage, "the file holds several nodes", file, "one of them named", list,
-                   "--node NAME"};
+    return Problem{Exit::kUsage, "the file holds several nodes", file, "one of them named", list, "--node NAME"};
   return Problem{Exit::kUsage, "no node '" + wanted + "' in the file", file, "one of: " + list};
 }
 
@@ -98,11 +96,11 @@ Outcome<void> put_in_order(const CsvTable& table, std::vector<std::pair<Coeffici
   std::stable_sort(rows.begin(), rows.end(), [&](const auto& a, const auto& b) { return key(a) < key(b); });
   for (std::size_t i = 1; i < rows.size(); ++i)
     if (key(rows[i - 1]) == key(rows[i]))
-      return Problem{.what = "the frame is there twice",
-                     .where = table.where(rows[i].second),
-                     .expected = "each boot and sequence once",
-                     .found = "sequence " + std::to_string(rows[i].first.sequence) + " also at " +
-                              table.where(rows[i - 1].second)};
+      return Problem{
+          .what = "the frame is there twice",
+          .where = table.where(rows[i].second),
+          .expected = "each boot and sequence once",
+          .found = "sequence " + std::to_string(rows[i].first.sequence) + " also at " + table.where(rows[i - 1].second)};
   return {};
 }
 
@@ -142,7 +140,8 @@ void take_out_dark(CoefficientRun& run) {
 }  // namespace
 
 bool CoefficientRow::is_flagged() const {
-  return !has_surface() || status == "poor_fit" || status == "inconsistent" || status == "interlaced" || status == "not_converged";
+  return !has_surface() || status == "poor_fit" || status == "inconsistent" || status == "interlaced" ||
+         status == "not_converged";
 }
 
 std::uint64_t missing_between(const CoefficientRow& before, const CoefficientRow& row) {
@@ -152,8 +151,7 @@ std::uint64_t missing_between(const CoefficientRow& before, const CoefficientRow
 bool CoefficientRow::has_surface() const { return coefficients.size() > 0 && std::isfinite(coefficients[0]); }
 
 std::size_t CoefficientRun::surfaces() const {
-  return static_cast<std::size_t>(
-      std::count_if(rows.begin(), rows.end(), [](const auto& r) { return r.has_surface(); }));
+  return static_cast<std::size_t>(std::count_if(rows.begin(), rows.end(), [](const auto& r) { return r.has_surface(); }));
 }
 
 Outcome<CoefficientRun> read_coefficient_run(const std::filesystem::path& file, const std::string& node) {
@@ -162,8 +160,7 @@ Outcome<CoefficientRun> read_coefficient_run(const std::filesystem::path& file, 
   return coefficient_run(*table, file.string(), node);
 }
 
-Outcome<CoefficientRun> coefficient_run(const CsvTable& table, const std::string& file,
-                                        const std::string& node) {
+Outcome<CoefficientRun> coefficient_run(const CsvTable& table, const std::string& file, const std::string& node) {
   const auto c = columns_of(table, file);
   if (!c) return c.error();
   if (table.rows() == 0)
@@ -174,11 +171,11 @@ Outcome<CoefficientRun> coefficient_run(const CsvTable& table, const std::string
   const auto chosen = choose_node(c->node, node, file);
   if (!chosen) return chosen.error();
 
-  CoefficientRun run{
-      .file = file, .node = *chosen, .clock = {}, .metric = {}, .modes = c->modes, .rows = {}, .notes = {}};
+  CoefficientRun run{.file = file, .node = *chosen, .clock = {}, .metric = {}, .modes = c->modes, .rows = {}, .notes = {}};
   if (table.cut_short()) run.notes.push_back("the file ends in the middle of a line: that line is left out");
   if (const std::size_t row = table.first_rounded("time_ns"); row < table.rows())
-    run.notes.push_back("times are rounded to about 15 digits, by the program that saved the file again (" + table.where(row) + ")");
+    run.notes.push_back("times are rounded to about 15 digits, by the program that saved the file again (" + table.where(row) +
+                        ")");
   std::vector<std::pair<CoefficientRow, std::size_t>> rows;
   const int n_modes = run.modes.size();
   for (std::size_t i = 0; i < table.rows(); ++i) {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One node's coefficients from a CSV file of `srd listen` or `srd reconstruct`:
 // columns as in coefficient_columns.hpp, found by name; what earlier versions wrote and other programs saved again too.
 #pragma once
@@ -7,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "drivers/support/csv_table.hpp"
 #include "drivers/support/problem.hpp"
 #include "dsp/optics/surface_model.hpp"
-#include "drivers/support/csv_table.hpp"
 
 namespace srd::host {
 
@@ -40,9 +41,8 @@ struct CoefficientRun {
   std::string clock;   // of the first row
   std::string metric;  // of the first row with a surface
   dsp::ModeList modes;
-  std::vector<CoefficientRow>
-      rows;                        // at least one; boots in the order of the file, each in order of sequence
-  std::vector<std::string> notes;  // what a person should know: rows left out, a file cut short
+  std::vector<CoefficientRow> rows;  // at least one; boots in the order of the file, each in order of sequence
+  std::vector<std::string> notes;    // what a person should know: rows left out, a file cut short
 
   [[nodiscard]] std::size_t surfaces() const;
 };
@@ -50,10 +50,8 @@ struct CoefficientRun {
 // node "": the only one in the file. kInput, naming file:line, for a missing column, a cell of the wrong
 // kind, a row with some of its coefficients, a frame that is there twice, no rows at all; kUsage when the
 // node has to be named.
-[[nodiscard]] Outcome<CoefficientRun> read_coefficient_run(const std::filesystem::path& file,
-                                                           const std::string& node);
-[[nodiscard]] Outcome<CoefficientRun> coefficient_run(const CsvTable& table, const std::string& file,
-                                                      const std::string& node);
+[[nodiscard]] Outcome<CoefficientRun> read_coefficient_run(const std::filesystem::path& file, const std::string& node);
+[[nodiscard]] Outcome<CoefficientRun> coefficient_run(const CsvTable& table, const std::string& file, const std::string& node);
 
 // kInput, naming where the rows start and what their statuses are, when not one frame has a surface.
 [[nodiscard]] Outcome<void> require_surface(const CoefficientRun& run);

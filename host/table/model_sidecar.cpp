@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/table/model_sidecar.hpp"
 
 #include <system_error>
@@ -61,8 +62,7 @@ std::optional<dsp::ModeList> read_modes(TomlTable& table) {
   return *list;
 }
 
-double required(TomlTable& table, std::string_view key, const NumberRange& range,
-                const std::string& meaning) {
+double required(TomlTable& table, std::string_view key, const NumberRange& range, const std::string& meaning) {
   const auto value = table.number(key, range);
   if (!value && !table.has(key)) table.missing(key, meaning);
   return value.value_or(range.least);
@@ -73,8 +73,7 @@ std::optional<PatternExtent> read_extent(TomlTable& table) {
   const auto x = table.numbers("pattern_x", 2, range);
   const auto y = table.numbers("pattern_y", 2, range);
   if (table.has("pattern_x") != table.has("pattern_y"))
-    table.missing(table.has("pattern_x") ? "pattern_y" : "pattern_x",
-                  "both of pattern_x and pattern_y, or none");
+    table.missing(table.has("pattern_x") ? "pattern_y" : "pattern_x", "both of pattern_x and pattern_y, or none");
   if (x && (*x)[0] >= (*x)[1]) table.complain("pattern_x", "[least, most]", "least not below most");
   if (y && (*y)[0] >= (*y)[1]) table.complain("pattern_y", "[least, most]", "least not below most");
   if (!x || !y) return std::nullopt;
@@ -91,8 +90,7 @@ Outcome<ModelSidecar> read(const TomlFile& file) {
     const auto name = table.text("name");
     if (!name && !table.has("name")) table.missing("name", "the node's name as in the CSV file");
     node.node = name.value_or("");
-    if (name && sidecar.find(*name) != nullptr)
-      table.complain("name", "every node once", "\"" + *name + "\" twice");
+    if (name && sidecar.find(*name) != nullptr) table.complain("name", "every node once", "\"" + *name + "\" twice");
     node.model.modes = read_modes(table).value_or(dsp::ModeList{});
     const NumberRange length{1e-3, kMostMm, "mm"}, place{-kMostMm, kMostMm, "mm"};
     node.model.lx = required(table, "lx", length, "length scale Lx, mm");
@@ -135,8 +133,7 @@ Outcome<ModelSidecar> parse_model_sidecar(std::string_view text, const std::stri
 }
 
 std::string model_sidecar_text(const ModelSidecar& sidecar) {
-  std::string out =
-      "# The surface model behind the coefficients of the CSV file beside this one. Lengths in mm.\n";
+  std::string out = "# The surface model behind the coefficients of the CSV file beside this one. Lengths in mm.\n";
   for (const NodeModel& node : sidecar.nodes) {
     std::string modes;
     for (const dsp::Mode& mode : node.model.modes) {
@@ -163,8 +160,7 @@ Outcome<void> write_model_sidecar(const std::filesystem::path& file, const Model
   std::error_code error;
   std::filesystem::rename(half, file, error);
   if (error)
-    return Problem{
-        Exit::kInput, "cannot be written", file.string(), "a file that may be replaced", error.message(), ""};
+    return Problem{Exit::kInput, "cannot be written", file.string(), "a file that may be replaced", error.message(), ""};
   return {};
 }
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // F.csv.model.toml: the surface model behind the coefficients of F.csv, one [[node]] a node, lengths in mm:
 //   [[node]]
 //   name = "flume-1"
@@ -59,7 +60,6 @@ struct ModelSidecar {
 // The file's contents; reads back as the same numbers.
 [[nodiscard]] std::string model_sidecar_text(const ModelSidecar& sidecar);
 // Replaces the file at once (a reader sees the old or the new one). kInput when it cannot be written.
-[[nodiscard]] Outcome<void> write_model_sidecar(const std::filesystem::path& file,
-                                                const ModelSidecar& sidecar);
+[[nodiscard]] Outcome<void> write_model_sidecar(const std::filesystem::path& file, const ModelSidecar& sidecar);
 
 }  // namespace srd::host

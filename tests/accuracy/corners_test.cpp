@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Corners against the truth, against cv::cornerSubPix on the same images, and against what they say of themselves.
 #include <gtest/gtest.h>
 
@@ -39,8 +40,8 @@ TEST(SlowCorners, OfTheBoardAreRightToAHundredthOfAPixel) {
     opencv.add(image, truth);
   }
   const double n = static_cast<double>(corners), rms = std::sqrt(squares / (2 * n));
-  std::printf("board: %zu corners of %d, %.4f px, stated %.4f px; cornerSubPix %.4f px (window %d); bound %.4f px\n",
-              corners, kBoards * 880, rms, std::sqrt(stated / n), opencv.rms(), opencv.best_window(),
+  std::printf("board: %zu corners of %d, %.4f px, stated %.4f px; cornerSubPix %.4f px (window %d); bound %.4f px\n", corners,
+              kBoards * 880, rms, std::sqrt(stated / n), opencv.rms(), opencv.best_window(),
               study::corner_bound(200, 0.9, 2, 5));
   EXPECT_EQ(corners, kBoards * 880u);
   EXPECT_LE(rms, 0.012);
@@ -70,8 +71,8 @@ TEST(SlowCorners, ScatterAsTheySay) {
           const GrayView image = fakes::view(pixels, patch.size);
           dsp::CornerShape start;
           dsp::CornerFit fit;
-          if (!dsp::guess_shape(image, static_cast<int>(std::lround(patch.u)), static_cast<int>(std::lround(patch.v)),
-                                5, start) ||
+          if (!dsp::guess_shape(image, static_cast<int>(std::lround(patch.u)), static_cast<int>(std::lround(patch.v)), 5,
+                                start) ||
               !dsp::fit_corner(image, start, {}, fit))
             continue;
           squares += std::pow(fit.corner.u.to<double>() - patch.u, 2) + std::pow(fit.corner.v.to<double>() - patch.v, 2);
@@ -80,8 +81,8 @@ TEST(SlowCorners, ScatterAsTheySay) {
         }
         EXPECT_GE(n, 245) << "blur " << blur << " noise " << noise << " contrast " << contrast;
         const double ratio = std::sqrt(squares / (2 * stated));
-        std::printf("blur %.1f noise %.0f contrast %3.0f: scatter / stated %.2f, / bound %.2f\n", blur, noise, contrast,
-                    ratio, std::sqrt(squares / (2 * n)) / study::corner_bound(contrast, blur, noise, 5));
+        std::printf("blur %.1f noise %.0f contrast %3.0f: scatter / stated %.2f, / bound %.2f\n", blur, noise, contrast, ratio,
+                    std::sqrt(squares / (2 * n)) / study::corner_bound(contrast, blur, noise, 5));
         EXPECT_NEAR(ratio, 1, 0.2) << "blur " << blur << " noise " << noise << " contrast " << contrast;
       }
 }

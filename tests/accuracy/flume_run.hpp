@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The whole chain over the frames of a scene, against its truth.
 #pragma once
 
@@ -15,15 +16,15 @@
 namespace srd::accuracy {
 
 struct FlumeRun {
-  int frames = 0, surfaces = 0, lost = 0;   // lost: frames in which a track was not kept
-  int wrong = 0;                            // corners more than a fifth of a square from their place
+  int frames = 0, surfaces = 0, lost = 0;  // lost: frames in which a track was not kept
+  int wrong = 0;                           // corners more than a fifth of a square from their place
   double used_percent = 0;
-  double corner_rms_px = 0;                 // per axis, of the corners used
-  double corner_median_px = 0;              // the deviation that their median error says: a few bad corners do not count
+  double corner_rms_px = 0;                     // per axis, of the corners used
+  double corner_median_px = 0;                  // the deviation that their median error says: a few bad corners do not count
   double surface_rms_mm = 0, bound_rms_mm = 0;  // (19) at corner_median_px, with the corners used
-  double opencv_rms_px = 0;                 // cornerSubPix at its best window, started at the nearest pixels of the truth
+  double opencv_rms_px = 0;                     // cornerSubPix at its best window, started at the nearest pixels of the truth
   int opencv_window = 0;
-  double fastest_px = 0;                    // largest move of a corner between two frames
+  double fastest_px = 0;  // largest move of a corner between two frames
 
   void print(const char* name) const {
     std::printf("%s: %d frames, %d lost, %d wrong corners, %.1f %% used; corners %.4f px rms, %.4f px by the median", name,
@@ -113,9 +114,8 @@ FlumeRun run_flume(const Scene& scene, int frames, double guess = 80, int opencv
   const dsp::CameraSetup<S> setup{view.cast<S>(), scene.width(), scene.height(), {}};
   dsp::Coefficients<S> start = dsp::Coefficients<S>::Zero(scene.surface.modes.size());
   start[0] = static_cast<S>(guess);
-  auto tracker = dsp::SurfaceTracker<S>::make(
-                     std::span(&setup, 1), dsp::Pattern::make(points, dsp::FirstSquare::kDark).value(),
-                     scene.surface.cast<S>(), scene.media.cast<S>(), start, {}, {})
+  auto tracker = dsp::SurfaceTracker<S>::make(std::span(&setup, 1), dsp::Pattern::make(points, dsp::FirstSquare::kDark).value(),
+                                              scene.surface.cast<S>(), scene.media.cast<S>(), start, {}, {})
                      .value();
   const study::Tank tank{std::span(&view, 1), points, scene.surface, scene.media};
   std::vector<std::uint8_t> pixels(static_cast<std::size_t>(scene.width() * scene.height()));
@@ -141,8 +141,7 @@ FlumeRun run_flume(const Scene& scene, int frames, double guess = 80, int opencv
     }
     const auto truth = truth_pixels(scene, frame).value();
     if (k < opencv_frames) opencv.add(image, truth);
-    for (std::size_t i = 0; i < before.size(); ++i)
-      run.fastest_px = std::max(run.fastest_px, (truth[i] - before[i]).norm());
+    for (std::size_t i = 0; i < before.size(); ++i) run.fastest_px = std::max(run.fastest_px, (truth[i] - before[i]).norm());
     before = truth;
     const auto& result = tracker.process(std::span(&image, 1), scene.time_ns(frame));
     ++run.frames;
@@ -158,8 +157,7 @@ FlumeRun run_flume(const Scene& scene, int frames, double guess = 80, int opencv
       errors.push_back(e.norm());
       surface.seen.push_back(corner.point);
     }
-    const double e =
-        study::surface_error(tank, result.estimate.coefficients.template cast<double>(), surface.truth);
+    const double e = study::surface_error(tank, result.estimate.coefficients.template cast<double>(), surface.truth);
     surface_squares += e * e;
     surfaces.push_back(std::move(surface));
   }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The surface from images of the simulated flume, against the truth and against the bound (19) at the corners' own error.
 #include <gtest/gtest.h>
 

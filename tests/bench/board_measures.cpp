@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Full detection of the scene "board", and what other detectors take for it.
 #include <cmath>
 #include <memory>
@@ -64,7 +65,10 @@ void add_board_measures(std::vector<Measure>& measures) {
                                          {cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 50, 1e-4});
                       }});
   measures.push_back({"board/findChessboardCornersSB",
-                      [=] { (void)cv::findChessboardCornersSB(board->mat(), {40, 22}, board->corners); }, true});
+                      [=] {
+                        (void)cv::findChessboardCornersSB(board->mat(), {40, 22}, board->corners);
+                      },
+                      true});
 }
 
 }  // namespace srd::bench

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/bench/ceres_solve.hpp"
 
 #include <ceres/autodiff_cost_function.h>
@@ -76,7 +77,9 @@ class Reprojection {
  private:
   static double number(double x) { return x; }
   template <class Jet>
-  static double number(const Jet& x) { return x.a; }
+  static double number(const Jet& x) {
+    return x.a;
+  }
 
   // Optics (7), (8): where the ray through the surface point above foot reaches the bottom.
   template <class T>
@@ -124,16 +127,14 @@ struct CeresSolve::State {
   ceres::Problem problem;
 };
 
-CeresSolve::CeresSolve(const dsp::View<double>& view, const dsp::SurfaceModel<double>& model,
-                       const dsp::Media<double>& media, std::span<const Vec3<double>> points,
-                       std::span<const dsp::Observation<double>> corners)
+CeresSolve::CeresSolve(const dsp::View<double>& view, const dsp::SurfaceModel<double>& model, const dsp::Media<double>& media,
+                       std::span<const Vec3<double>> points, std::span<const dsp::Observation<double>> corners)
     : state_(std::make_unique<State>()) {
   state_->setting = {view, model, media.air / media.water};
   for (const auto& corner : corners)
-    state_->problem.AddResidualBlock(
-        new ceres::AutoDiffCostFunction<Reprojection, 2, kModes>(
-            new Reprojection(state_->setting, points[static_cast<std::size_t>(corner.point)], corner)),
-        nullptr, state_->a.data());
+    state_->problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Reprojection, 2, kModes>(new Reprojection(
+                                         state_->setting, points[static_cast<std::size_t>(corner.point)], corner)),
+                                     nullptr, state_->a.data());
 }
 
 CeresSolve::~CeresSolve() = default;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The baseline of the solve: the same reprojection residuals, px, minimised by Ceres with automatic derivatives.
 #pragma once
 

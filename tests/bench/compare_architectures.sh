@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # The same frames on this machine and on ARM (qemu): the front end must give the same numbers bit for bit, the surface over
 # the pattern the same to 1e-3 mm. Builds what it needs with the presets host and arm64 or armhf.
 # usage: tests/bench/compare_architectures.sh [arm64|armhf|arm64-debian13] [FRAMES]   (default arm64, 8)
 set -euo pipefail
 
 case ${1:-} in
-  -h | --help) sed -n 's/^# //p' "${BASH_SOURCE[0]}"; exit 0 ;;
+  -h | --help) sed -n '/^# SPDX/d; s/^# //p' "${BASH_SOURCE[0]}"; exit 0 ;;
 esac
 board=${1:-arm64}
 frames=${2:-8}

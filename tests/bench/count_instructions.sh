@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Instructions that one tracked frame takes on 64-bit ARM, from camera buffer to datagram: (2N frames - N frames) / N in
 # qemu, the same on every machine. Builds what it needs; toolchains/sysroot.sh makes the sysroot on the first run.
 # usage: tests/bench/count_instructions.sh [--by-function] [N]   (default 16; a frame of the sequence is 2 MB of memory)
@@ -7,7 +8,7 @@ set -euo pipefail
 by_function=false
 case ${1:-} in
   --by-function) by_function=true; shift ;;
-  -h | --help) sed -n 's/^# //p' "${BASH_SOURCE[0]}"; exit 0 ;;
+  -h | --help) sed -n '/^# SPDX/d; s/^# //p' "${BASH_SOURCE[0]}"; exit 0 ;;
 esac
 frames=${1:-16}
 cd -- "$(dirname -- "${BASH_SOURCE[0]}")/../.."

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/bench/frame_chain.hpp"
 
 #include "proto/frame_from_estimate.hpp"
@@ -29,8 +30,7 @@ std::optional<FrameChain> FrameChain::make(const FrameSequence& sequence) {
   dsp::SurfaceTrackerOptions options;
   options.search_radius = 6;
   auto tracker = dsp::SurfaceTracker<float>::make(std::span(&setup, 1), *pattern, sequence.model.cast<float>(),
-                                                  media_of(sequence), guess_of(sequence), dsp::EstimatorOptions{},
-                                                  options);
+                                                  media_of(sequence), guess_of(sequence), dsp::EstimatorOptions{}, options);
   const auto node = proto::NodeId::make("bench");
   if (!tracker || !node) return std::nullopt;
   FrameChain chain(std::move(tracker).value());

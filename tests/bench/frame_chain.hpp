@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The board's way of a frame on one thread: camera buffer -> tracked corners -> surface -> datagram ready to send.
 #pragma once
 

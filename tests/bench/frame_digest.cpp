@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // frame_digest FILE FRAMES: what the front end and the chain make of a prerendered sequence, to be compared between
 // architectures. A line a frame: a digest of every number of every corner of the full detection, the corners tracked, and
 // the surface's heights over the pattern, mm.
@@ -53,8 +54,7 @@ int main(int argc, char** argv) {
     if (chain->result().has_surface())
       for (const auto& point : points)
         std::printf(" %.6f", static_cast<double>(model.height(chain->result().estimate.coefficients,
-                                                              static_cast<float>(point.x()),
-                                                              static_cast<float>(point.y()))));
+                                                              static_cast<float>(point.x()), static_cast<float>(point.y()))));
     std::printf("\n");
   }
   return 0;

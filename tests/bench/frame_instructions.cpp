@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // frame_instructions FILE N: the chain over the first N frames of a prerendered sequence, and nothing besides. Run with N
 // and 2N under an instruction counter; the difference over N is one tracked frame.
 #include <cstdio>

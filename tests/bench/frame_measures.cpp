@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One tracked frame, whole and in parts.
 #include <memory>
 #include <opencv2/imgproc.hpp>
@@ -65,24 +66,22 @@ void add_frame_measures(std::vector<Measure>& measures) {
                                             const_cast<std::uint8_t*>(pixels.data()));
                         cv::cornerHarris(image, frame->harris, 5, 3, 0.04);
                       }});
-  measures.push_back({"frame/predict", [=] {
-                        for (std::size_t i = 0; i < frame->points.size(); ++i)
-                          if (!dsp::predict(frame->view, frame->model, frame->surface, frame->media, frame->points[i],
-                                            frame->starts[i]))
-                            refuse("a corner cannot be predicted");
-                      }});
+  measures.push_back(
+      {"frame/predict", [=] {
+         for (std::size_t i = 0; i < frame->points.size(); ++i)
+           if (!dsp::predict(frame->view, frame->model, frame->surface, frame->media, frame->points[i], frame->starts[i]))
+             refuse("a corner cannot be predicted");
+       }});
   measures.push_back({"frame/track", [=] {  // response in the windows, maxima, and the fit
                         dsp::CornerFit fit;
                         for (const auto& shape : frame->shapes)
-                          if (dsp::track_corner(frame->sequence.image(0), {}, shape, 6, {}, fit) !=
-                              dsp::Tracked::kFound)
+                          if (dsp::track_corner(frame->sequence.image(0), {}, shape, 6, {}, fit) != dsp::Tracked::kFound)
                             refuse("a corner is not tracked");
                       }});
   measures.push_back({"frame/fit", [=] {
                         dsp::CornerFit fit;
                         for (const auto& shape : frame->shapes)
-                          if (!dsp::fit_corner(frame->sequence.image(0), shape, {}, fit))
-                            refuse("a corner is not fitted");
+                          if (!dsp::fit_corner(frame->sequence.image(0), shape, {}, fit)) refuse("a corner is not fitted");
                       }});
   measures.push_back({"frame/encode", [=] {
                         if (frame->chain.encode() == 0) refuse("a record cannot be encoded");

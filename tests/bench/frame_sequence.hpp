@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Frames rendered beforehand and all that the board's chain must know to read them, in one file. Needs dsp and proto only,
 // so that the chain can be built and counted for a board without image libraries.
 #pragma once
@@ -27,9 +28,7 @@ struct FrameSequence {
   [[nodiscard]] GrayView image(int frame) const {
     return {frames[static_cast<std::size_t>(frame)].data(), width, height, width};
   }
-  [[nodiscard]] std::int64_t time_ns(int frame) const {
-    return static_cast<std::int64_t>(frame * (1e9 / rate_hz));
-  }
+  [[nodiscard]] std::int64_t time_ns(int frame) const { return static_cast<std::int64_t>(frame * (1e9 / rate_hz)); }
   [[nodiscard]] std::vector<dsp::Vec3<double>> points() const;
 };
 

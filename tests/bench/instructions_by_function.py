@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Which functions a frame's instructions are in: PROGRAM, the counts of N and of 2N frames, N. Called by
 count_instructions.sh --by-function. What the compiler put inline counts for the function that it is in."""
 import bisect

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // srd_bench: speed of the instrument against its baselines. All of Google Benchmark's options (--benchmark_out=FILE
 // --benchmark_out_format=json ..), or --table [ROUNDS] for medians of interleaved rounds and the bars.
 #include <benchmark/benchmark.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Everything that srd_bench times: ours and the baselines, on the same images and residuals, in one process.
 #pragma once
 
@@ -9,8 +10,8 @@ namespace srd::bench {
 
 struct Measure {
   std::string name;
-  std::function<void()> run;     // once
-  bool slow = false;             // a tenth of a second and more
+  std::function<void()> run;  // once
+  bool slow = false;          // a tenth of a second and more
 };
 
 // A bar: baseline over ours must be at least factor.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // srd_prerender FILE [FRAMES]: the scene "frame" as a sequence for frame_instructions.
 #include <cstdio>
 #include <cstdlib>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/bench/scenes.hpp"
 
 #include <cmath>
@@ -22,8 +23,7 @@ void set_waves(Scene& scene, int parameters, double amplitude) {
   scene.surface.modes = dsp::ModeList::standard(parameters).value();
   scene.motions.clear();
   for (int j = 0; j < parameters; ++j)
-    scene.motions.push_back({scene.surface.modes[j], j == 0 ? 80.0 : 0.0, amplitude * kShare[j], kHz[j],
-                             0.7 + 1.9 * j});
+    scene.motions.push_back({scene.surface.modes[j], j == 0 ? 80.0 : 0.0, amplitude * kShare[j], kHz[j], 0.7 + 1.9 * j});
 }
 
 }  // namespace

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The scenes that speed and accuracy are stated for.
 #pragma once
 

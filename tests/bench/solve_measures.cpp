@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The solve alone: 276 corners of the scene "frame" with noise, 12 parameters, from the surface of the frame before.
 #include <cmath>
 #include <memory>

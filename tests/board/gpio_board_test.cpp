@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // GPIO lines and the strobe on a real kernel: gpio-sim's chip stands for the board's.
 #include <gtest/gtest.h>
 #include <sched.h>
@@ -95,7 +96,8 @@ TEST_F(GpioBoard, WithoutPermissionTheGroupIsNamed) {
   const pid_t child = ::fork();
   if (child == 0) {
     if (::setgid(65534) != 0 || ::setuid(65534) != 0) ::_exit(9);
-    for (const LineAddress& address : {LineAddress{chip_->path(), "3"}, {SimulatedChip::kLabel, "3"}, {"", "strobe-under-test"}}) {
+    for (const LineAddress& address :
+         {LineAddress{chip_->path(), "3"}, {SimulatedChip::kLabel, "3"}, {"", "strobe-under-test"}}) {
       const auto line = open_gpiod_line(address, "test");
       if (line.ok()) ::_exit(1);
       std::printf("%s", line.error().text().c_str());

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The libcamera driver against the kernel's virtual media controller, vimc.
 #include <gtest/gtest.h>
 

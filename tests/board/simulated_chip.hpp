@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A GPIO chip of the kernel's simulator (gpio-sim, through configfs) with one named line, read back from outside.
 #pragma once
 
@@ -24,8 +25,7 @@ class SimulatedChip {
     return std::string("no ") + kConfig + ": on the emulated board as root, after modprobe gpio-sim";
   }
 
-  explicit SimulatedChip(const std::string& line_name)
-      : device_(std::string(kConfig) + "/srd-" + std::to_string(::getpid())) {
+  explicit SimulatedChip(const std::string& line_name) : device_(std::string(kConfig) + "/srd-" + std::to_string(::getpid())) {
     std::filesystem::create_directories(device_ + "/bank/line" + std::to_string(kLine));
     write(device_ + "/bank/num_lines", std::to_string(kLines));
     write(device_ + "/bank/label", kLabel);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The V4L2 driver against a real kernel driver: vivid, the virtual video device.
 #include <gtest/gtest.h>
 
@@ -52,7 +53,8 @@ std::vector<std::uint8_t> one_image(const V4l2CameraOptions& options) {
     ADD_FAILURE() << "no frame";
     return pixels;
   }
-  for (int v = 0; v < frame.image.height; ++v) pixels.insert(pixels.end(), frame.image.row(v), frame.image.row(v) + frame.image.width);
+  for (int v = 0; v < frame.image.height; ++v)
+    pixels.insert(pixels.end(), frame.image.row(v), frame.image.row(v) + frame.image.width);
   camera.give_back(frame);
   return pixels;
 }
@@ -63,8 +65,7 @@ TEST_F(V4l2Board, EveryFormatGivesTheSameImage) {
   const bool first = checkers[0] > 127;
   for (int v = 0; v < kWebcamHeight; ++v)
     for (int u = 0; u < kWebcamWidth; ++u)
-      ASSERT_EQ(checkers[static_cast<std::size_t>(v * kWebcamWidth + u)] > 127,
-                first != (((u / 16 + v / 16) & 1) != 0))
+      ASSERT_EQ(checkers[static_cast<std::size_t>(v * kWebcamWidth + u)] > 127, first != (((u / 16 + v / 16) & 1) != 0))
           << u << ", " << v;
 
   ASSERT_TRUE(vivid_->choose("Test Pattern", "Gray Ramp"));

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The frame loop over a live V4L2 camera: rendered water goes out of vivid's HDMI output, into its HDMI input, and through
 // the driver to surfaces. Nothing comes from the heap, and nothing is paged in, once it runs.
 #include <fcntl.h>
@@ -66,8 +67,7 @@ long faults_of(pid_t thread) {
   text[length] = '\0';
   const char* after_name = std::strrchr(text, ')');
   long minor = 0, major = 0;
-  if (after_name == nullptr ||
-      std::sscanf(after_name + 1, " %*c %*d %*d %*d %*d %*d %*u %ld %*u %ld", &minor, &major) != 2)
+  if (after_name == nullptr || std::sscanf(after_name + 1, " %*c %*d %*d %*d %*d %*d %*u %ld %*u %ld", &minor, &major) != 2)
     return -1;
   return minor + major;
 }
@@ -244,11 +244,12 @@ TEST(V4l2LoopBoard, MeasuresLiveFramesWithoutHeapAndPageFaults) {
   EXPECT_GT(near_level, records / 2) << "surfaces near the level of the scene";
   EXPECT_EQ(process_after - process_before, 0) << "page faults of the processing thread";
   EXPECT_EQ(capture_after - capture_before, 0) << "page faults of the capturing thread";
-  std::printf("%llu records, %llu with a surface, %llu by the source and %llu late dropped; heap %lld + %lld, page faults %ld + %ld\n",
-              static_cast<unsigned long long>(records), static_cast<unsigned long long>(loop.counters().surfaces.load()),
-              static_cast<unsigned long long>(loop.counters().dropped_by_source.load()),
-              static_cast<unsigned long long>(loop.counters().dropped_late.load()),
-              static_cast<long long>(taken_by_capture), static_cast<long long>(taken_by_process), capture_after - capture_before, process_after - process_before);
+  std::printf(
+      "%llu records, %llu with a surface, %llu by the source and %llu late dropped; heap %lld + %lld, page faults %ld + %ld\n",
+      static_cast<unsigned long long>(records), static_cast<unsigned long long>(loop.counters().surfaces.load()),
+      static_cast<unsigned long long>(loop.counters().dropped_by_source.load()),
+      static_cast<unsigned long long>(loop.counters().dropped_late.load()), static_cast<long long>(taken_by_capture),
+      static_cast<long long>(taken_by_process), capture_after - capture_before, process_after - process_before);
   static_cast<void>(input->set("Loop Video", 0));
 }
 

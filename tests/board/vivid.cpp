@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/board/vivid.hpp"
 
 #include <cstring>
@@ -10,8 +11,8 @@ std::optional<Vivid> Vivid::find(std::uint32_t capability) {
     vivid.path_ = "/dev/video" + std::to_string(i);
     vivid.port_ = system_v4l2_port();
     V4l2Identity identity;
-    if (vivid.port_->open(vivid.path_.c_str()) == 0 && identify(*vivid.port_, identity) == 0 &&
-        identity.driver == "vivid" && (identity.capabilities & capability) != 0)
+    if (vivid.port_->open(vivid.path_.c_str()) == 0 && identify(*vivid.port_, identity) == 0 && identity.driver == "vivid" &&
+        (identity.capabilities & capability) != 0)
       return vivid;
   }
   return std::nullopt;
@@ -43,8 +44,7 @@ bool Vivid::choose(const std::string& name, const std::string& item) {
     std::memset(&menu, 0, sizeof menu);
     menu.id = control->id;
     menu.index = static_cast<std::uint32_t>(i);
-    if (port_->control(VIDIOC_QUERYMENU, &menu) == 0 && item == reinterpret_cast<const char*>(menu.name))
-      return set(name, i);
+    if (port_->control(VIDIOC_QUERYMENU, &menu) == 0 && item == reinterpret_cast<const char*>(menu.name)) return set(name, i);
   }
   return false;
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The kernel's virtual video device, from the test's side: where it is, its inputs, its controls by name.
 #pragma once
 

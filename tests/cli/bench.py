@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A folder of good input for srd-node and srd that a case spoils in one place, and the run that follows."""
 
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What can be wrong in what a person gives to srd: name, builder, arguments, exit code, words of the message."""
 
 from bench import COEFFICIENTS, SCENE, TRUTH

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What can be wrong in what a technician gives to srd-node: name, builder, arguments, exit code, words of the message."""
 
 from bench import NODE

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How srd-node ends, and what the next start knows of it."""
 
 import os

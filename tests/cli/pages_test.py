@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Commands that the pages tell a reader to type, taken from the pages' own text.
 
 srd and srd-node run where a page shows a whole command, with files for its placeholders; elsewhere their options must be in

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a recording says of itself, and what srd-node and srd make of it: floor plates, names of images, clocks."""
 
 import os

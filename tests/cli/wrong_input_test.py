@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Wrong input is explained: every case names the place, ends with its exit code and leaves nothing behind."""
 
 import subprocess

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The slow and certain way to an image patch: 64 x 64 jittered rays a pixel, each traced to the hard-edged
 // pattern, and the exact integral of the lens's Gaussian over the pixel's square. Shares nothing with the
 // renderer but the ray trace.
@@ -27,8 +28,7 @@ class BruteForcePatch {
   // What a pixel sees: place on the pattern, in squares.
   using Sight = std::function<dsp::Vec2<double>(double u, double v)>;
 
-  BruteForcePatch(const Scene& scene, Sight seen, unsigned seed)
-      : scene_(scene), seen_(std::move(seen)), random_(seed) {}
+  BruteForcePatch(const Scene& scene, Sight seen, unsigned seed) : scene_(scene), seen_(std::move(seen)), random_(seed) {}
 
   // Grey levels round a corner of the pattern that the camera sees near pixel (u0, v0), no other corner
   // within reach.
@@ -47,16 +47,15 @@ class BruteForcePatch {
     for (int k = 0; k < kSide; ++k) {
       for (int c = 0; c < cells; ++c) {
         const double d = (c + 0.5) / kRays - 0.5 - (k + reach);
-        weights(c, k) = static_cast<float>(sigma > 0 ? 0.5 * (std::erf((d + 0.5) / (sigma * M_SQRT2)) -
-                                                              std::erf((d - 0.5) / (sigma * M_SQRT2)))
-                                                     : (std::abs(d) < 0.5 ? 1.0 : 0.0));
+        weights(c, k) = static_cast<float>(
+            sigma > 0 ? 0.5 * (std::erf((d + 0.5) / (sigma * M_SQRT2)) - std::erf((d - 0.5) / (sigma * M_SQRT2)))
+                      : (std::abs(d) < 0.5 ? 1.0 : 0.0));
       }
       weights.col(k) /= weights.col(k).sum();
     }
     const Eigen::MatrixXf rows = fine * weights;  // cells x kSide
     const Eigen::MatrixXf patch = weights.transpose() * rows;
-    return (scene_.light.dark + (scene_.light.bright - scene_.light.dark) * patch.cast<double>().array())
-        .matrix();
+    return (scene_.light.dark + (scene_.light.bright - scene_.light.dark) * patch.cast<double>().array()).matrix();
   }
 
  private:
@@ -77,8 +76,7 @@ class BruteForcePatch {
     std::uniform_real_distribution<double> jitter(0, 1);
     for (int i = 0; i < kRays; ++i)
       for (int j = 0; j < kRays; ++j) {
-        const double ray_u = u - 0.5 + (j + jitter(random_)) / kRays,
-                     ray_v = v - 0.5 + (i + jitter(random_)) / kRays;
+        const double ray_u = u - 0.5 + (j + jitter(random_)) / kRays, ray_v = v - 0.5 + (i + jitter(random_)) / kRays;
         fine(row + i, column + j) = bright(seen_(ray_u, ray_v)) ? 1 : 0;
       }
   }
@@ -101,8 +99,7 @@ inline BruteForcePatch::Sight traced_sight(const Scene& scene, const dsp::Coeffi
 
 // How far (px) the patch lies off the reference, by least squares over all pixels but the outermost, with a
 // free offset.
-inline Eigen::Vector2d patch_shift(const BruteForcePatch::Patch& reference,
-                                   const BruteForcePatch::Patch& patch) {
+inline Eigen::Vector2d patch_shift(const BruteForcePatch::Patch& reference, const BruteForcePatch::Patch& patch) {
   constexpr int kInner = BruteForcePatch::kSide - 2;
   Eigen::Matrix<double, kInner * kInner, 3> design;
   Eigen::Matrix<double, kInner * kInner, 1> difference;
@@ -110,8 +107,7 @@ inline Eigen::Vector2d patch_shift(const BruteForcePatch::Patch& reference,
     for (int u = 1; u <= kInner; ++u) {
       const int k = (v - 1) * kInner + u - 1;
       // patch(x) = reference(x - shift)
-      design.row(k) << -(reference(v, u + 1) - reference(v, u - 1)) / 2,
-          -(reference(v + 1, u) - reference(v - 1, u)) / 2, 1;
+      design.row(k) << -(reference(v, u + 1) - reference(v, u - 1)) / 2, -(reference(v + 1, u) - reference(v - 1, u)) / 2, 1;
       difference[k] = patch(v, u) - reference(v, u);
     }
   return design.colPivHouseholderQr().solve(difference).head<2>();

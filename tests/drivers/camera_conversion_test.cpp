@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
 #include <random>
@@ -12,8 +13,10 @@ namespace {
 std::uint8_t one(GrayLayout layout, int bits, const std::uint8_t* row, int u) {
   if (layout == GrayLayout::kBytes) return row[u];
   if (layout == GrayLayout::kEvenBytes) return row[2 * u];
-  if (layout == GrayLayout::kRgb) return static_cast<std::uint8_t>((77u * row[3 * u] + 150u * row[3 * u + 1] + 29u * row[3 * u + 2]) / 256);
-  if (layout == GrayLayout::kBgr) return static_cast<std::uint8_t>((77u * row[3 * u + 2] + 150u * row[3 * u + 1] + 29u * row[3 * u]) / 256);
+  if (layout == GrayLayout::kRgb)
+    return static_cast<std::uint8_t>((77u * row[3 * u] + 150u * row[3 * u + 1] + 29u * row[3 * u + 2]) / 256);
+  if (layout == GrayLayout::kBgr)
+    return static_cast<std::uint8_t>((77u * row[3 * u + 2] + 150u * row[3 * u + 1] + 29u * row[3 * u]) / 256);
   const unsigned value = row[2 * u] + 256u * row[2 * u + 1];
   return static_cast<std::uint8_t>(value / (1u << (bits - 8)));
 }
@@ -32,7 +35,8 @@ TEST(GrayConversion, EqualsTheDefinitionForAllSizesStridesAndMisalignments) {
     if (layout == GrayLayout::kLittleEndian && bits < 16)  // the unused bits of a pixel are 0
       for (int v = 0; v < height; ++v)
         for (int u = 0; u < width; ++u)
-          from[from_at + static_cast<std::size_t>(v * from_stride + 2 * u + 1)] &= static_cast<std::uint8_t>((1 << (bits - 8)) - 1);
+          from[from_at + static_cast<std::size_t>(v * from_stride + 2 * u + 1)] &=
+              static_cast<std::uint8_t>((1 << (bits - 8)) - 1);
     std::vector<std::uint8_t> to(to_at + static_cast<std::size_t>(to_stride * height), 0xa5);
     convert_to_gray(layout, bits, from.data() + from_at, from_stride, to.data() + to_at, to_stride, width, height);
     for (int v = 0; v < height; ++v)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
 #include "drivers/camera/frame_sequence.hpp"
@@ -22,7 +23,8 @@ TEST(FrameSequence, GoesOnPast32Bits) {
   EXPECT_EQ(sequence.next(3, 3), 0x1'0000'0003u);
   // A second time round, in steps of a quarter.
   for (int i = 1; i <= 8; ++i)
-    EXPECT_EQ(sequence.next(3 + static_cast<std::uint32_t>(i) * 0x4000'0000U, 3), 0x1'0000'0003u + static_cast<std::uint64_t>(i) * 0x4000'0000u);
+    EXPECT_EQ(sequence.next(3 + static_cast<std::uint32_t>(i) * 0x4000'0000U, 3),
+              0x1'0000'0003u + static_cast<std::uint64_t>(i) * 0x4000'0000u);
 }
 
 TEST(FrameSequence, AfterAReconnectCountsTheTimeThatPassed) {
@@ -44,7 +46,7 @@ TEST(FrameSequence, NeverRepeatsANumber) {
   EXPECT_EQ(sequence.next(0, 2 + 3 * kPeriod), 15u);  // one that starts again by itself
   EXPECT_EQ(sequence.next(1, 1), 16u);
   sequence.restart();
-  EXPECT_EQ(sequence.next(7, -100 * kPeriod), 17u);   // a clock that fell back
+  EXPECT_EQ(sequence.next(7, -100 * kPeriod), 17u);  // a clock that fell back
 }
 
 TEST(FrameSequence, AFrameWithoutANumberIsTheNextOne) {

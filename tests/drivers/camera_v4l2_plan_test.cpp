@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
 #include <cerrno>
@@ -44,13 +45,15 @@ bool noted(const V4l2Plan& plan, const std::string& words) {
 
 std::int32_t set_to(const V4l2Plan& plan, std::uint32_t id) {
   for (int i = 0; i < plan.settings.control_count; ++i)
-    if (plan.settings.controls[static_cast<std::size_t>(i)].id == id) return plan.settings.controls[static_cast<std::size_t>(i)].value;
+    if (plan.settings.controls[static_cast<std::size_t>(i)].id == id)
+      return plan.settings.controls[static_cast<std::size_t>(i)].value;
   return -1;
 }
 
 TEST(V4l2Plan, AutoTakesTheFirstFormatOfItsOrderInTheSizeWanted) {
   ScriptedV4l2Device device;
-  device.formats = {{V4L2_PIX_FMT_MJPEG}, {V4L2_PIX_FMT_NV12}, {V4L2_PIX_FMT_YUYV}, {V4L2_PIX_FMT_Y12, 640, 480}, {V4L2_PIX_FMT_Y10, 64, 48}};
+  device.formats = {
+      {V4L2_PIX_FMT_MJPEG}, {V4L2_PIX_FMT_NV12}, {V4L2_PIX_FMT_YUYV}, {V4L2_PIX_FMT_Y12, 640, 480}, {V4L2_PIX_FMT_Y10, 64, 48}};
   EXPECT_EQ(planned(device, ask_for(64, 48)).format.name, "Y10");
   EXPECT_EQ(planned(device, ask_for(640, 480)).format.name, "Y12");
   V4l2Ask nv12 = ask_for(64, 48);
@@ -63,12 +66,15 @@ TEST(V4l2Plan, SaysWhatTheDeviceOffersInsteadOfAFormatSizeOrRate) {
   device.formats = {{V4L2_PIX_FMT_YUYV, 640, 480, {15, 30}}, {V4L2_PIX_FMT_YUYV, 320, 240, {30, 60}}, {V4L2_PIX_FMT_MJPEG}};
   V4l2Ask grey = ask_for(640, 480);
   grey.format = "GREY";
-  expect_refused(device, grey, {"/dev/video9", "pixel format", "GREY", "YUYV 640x480 (15, 30 Hz), 320x240 (30, 60 Hz)", "not usable: MJPG", "camera.format"});
+  expect_refused(device, grey,
+                 {"/dev/video9", "pixel format", "GREY", "YUYV 640x480 (15, 30 Hz), 320x240 (30, 60 Hz)", "not usable: MJPG",
+                  "camera.format"});
   expect_refused(device, ask_for(1280, 720), {"size", "1280x720", "YUYV 640x480", "320x240"});
   V4l2Ask fast = ask_for(640, 480);
   fast.rate_hz = 60;
   fast.rate_required = true;
-  expect_refused(device, fast, {"frame rate", "60 Hz at 640x480 YUYV", "15, 30 Hz", "it would run at 30 Hz", "camera.frame_rate_hz"});
+  expect_refused(device, fast,
+                 {"frame rate", "60 Hz at 640x480 YUYV", "15, 30 Hz", "it would run at 30 Hz", "camera.frame_rate_hz"});
   fast.rate_required = false;
   EXPECT_TRUE(noted(planned(device, fast), "frame rate 30 Hz, the device's own"));
 }
@@ -262,8 +268,11 @@ TEST(V4l2Plan, WorksWithMultiPlanarDevices) {
 
 TEST(V4l2Plan, ListsRangesAndNamesCodes) {
   V4l2Size range{1920, 1080, 320, 180, 2, 2, {{1, 60}, true}};
-  EXPECT_EQ(offers_text({{V4L2_PIX_FMT_GREY, "", false, {range}}, {V4L2_PIX_FMT_Y10, "", false, {}}, {V4L2_PIX_FMT_MJPEG, "", true, {}}}, "  ", "640x480"),
-            "  GREY 320x180 to 1920x1080 (1 to 60 Hz)\n  Y10 640x480\n  not usable: MJPG");
+  EXPECT_EQ(
+      offers_text(
+          {{V4L2_PIX_FMT_GREY, "", false, {range}}, {V4L2_PIX_FMT_Y10, "", false, {}}, {V4L2_PIX_FMT_MJPEG, "", true, {}}},
+          "  ", "640x480"),
+      "  GREY 320x180 to 1920x1080 (1 to 60 Hz)\n  Y10 640x480\n  not usable: MJPG");
   EXPECT_EQ(offers_text({}, "  ", ""), "  nothing");
   EXPECT_EQ(fourcc_text(V4L2_PIX_FMT_Y10), "Y10");
   EXPECT_EQ(v4l2_format_names(), "auto, GREY, Y10, Y12, Y16, YUYV, NV12");

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The system's own port, on a pipe in place of a device.
 #include <fcntl.h>
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/support/csv_table.hpp"
 
 #include <cmath>
@@ -34,7 +35,9 @@ TEST(CsvTable, KeepsTimesToTheNanosecond) {
 }
 
 TEST(CsvTable, AcceptsWindowsLineEndsBlanksAndAByteOrderMark) {
-  const CsvTable table = table_of("\xEF\xBB\xBF" "a , b\r\n 1, 2\r\n\r\n3,4\r\n");
+  const CsvTable table = table_of(
+      "\xEF\xBB\xBF"
+      "a , b\r\n 1, 2\r\n\r\n3,4\r\n");
   EXPECT_EQ(table.columns(), (std::vector<std::string>{"a", "b"}));
   EXPECT_EQ(table.numbers("b").value(), (std::vector<double>{2, 4}));
 }
@@ -60,7 +63,10 @@ TEST(CsvTable, RefusesWhatIsNotATable) {
   EXPECT_FALSE(CsvTable::parse("a,\n", "x").ok());
   EXPECT_FALSE(CsvTable::parse("a,b\n1\"2,2\n", "x").ok());
   EXPECT_FALSE(CsvTable::parse("a,b\n\"1\"2,2\n", "x").ok());
-  const auto wide = CsvTable::parse("\xFF\xFE" "a", "x");
+  const auto wide = CsvTable::parse(
+      "\xFF\xFE"
+      "a",
+      "x");
   ASSERT_FALSE(wide.ok());
   EXPECT_NE(wide.error().text().find("UTF-16"), std::string::npos);
   const auto ragged = CsvTable::parse("a,b\n1,2\n1,2,3\n", "x");
@@ -71,11 +77,13 @@ TEST(CsvTable, RefusesWhatIsNotATable) {
 
 // What write.csv of R and to_csv of pandas make of node,boot,time_ns,A00,B.
 TEST(CsvTable, ReadsWhatRAndPandasSavedAgain) {
-  const CsvTable r = table_of("\"\",\"node\",\"boot\",\"time_ns\",\"A00\",\"B\"\n"
-                              "\"1\",\"cam-1\",\"b00000000000000ff\",5e+09,80.25,NA\n"
-                              "\"2\",\"cam, 2\",\"b00000000000000ff\",5033333000,-1e-04,2\n");
-  const CsvTable pandas = table_of(",node,boot,time_ns,A00,B\n0,cam-1,b00000000000000ff,5000000000,80.25,\n"
-                                   "1,\"cam, 2\",b00000000000000ff,5033333000,-0.0001,2.0\n");
+  const CsvTable r = table_of(
+      "\"\",\"node\",\"boot\",\"time_ns\",\"A00\",\"B\"\n"
+      "\"1\",\"cam-1\",\"b00000000000000ff\",5e+09,80.25,NA\n"
+      "\"2\",\"cam, 2\",\"b00000000000000ff\",5033333000,-1e-04,2\n");
+  const CsvTable pandas = table_of(
+      ",node,boot,time_ns,A00,B\n0,cam-1,b00000000000000ff,5000000000,80.25,\n"
+      "1,\"cam, 2\",b00000000000000ff,5033333000,-0.0001,2.0\n");
   for (const CsvTable* table : {&r, &pandas}) {
     EXPECT_EQ(table->columns(), (std::vector<std::string>{"node", "boot", "time_ns", "A00", "B"}));
     EXPECT_EQ(table->words("node").value(), (std::vector<std::string>{"cam-1", "cam, 2"}));
@@ -89,8 +97,10 @@ TEST(CsvTable, ReadsWhatRAndPandasSavedAgain) {
 }
 
 TEST(CsvTable, ReadsWhatAGermanSpreadsheetSavedAgain) {
-  const CsvTable table = table_of("\xEF\xBB\xBF" "node;time_ns;A00;B\r\ncam-1;5000000000;80,25;\r\n"
-                                  "\"cam-2\";5033333000;-1,5E-3;7\r\n;;;\r\n");
+  const CsvTable table = table_of(
+      "\xEF\xBB\xBF"
+      "node;time_ns;A00;B\r\ncam-1;5000000000;80,25;\r\n"
+      "\"cam-2\";5033333000;-1,5E-3;7\r\n;;;\r\n");
   ASSERT_EQ(table.rows(), 2u);
   EXPECT_EQ(table.words("node").value()[1], "cam-2");
   EXPECT_EQ(table.integers("time_ns").value()[1], 5033333000);

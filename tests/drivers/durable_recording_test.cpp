@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/recording/durable_recording.hpp"
 
 #include <gtest/gtest.h>
@@ -27,13 +28,14 @@ std::vector<std::uint8_t> image_of(std::uint64_t frame) {
 }
 
 RecordedFrame frame_of(std::uint64_t n) {
-  return {{}, 3 * n + 5, static_cast<std::int64_t>(20'000'001 * n) + 1'700'000'000'000'000'000, 1999,
+  return {{},
+          3 * n + 5,
+          static_cast<std::int64_t>(20'000'001 * n) + 1'700'000'000'000'000'000,
+          1999,
           static_cast<StrobePhase>(n % 3)};
 }
 
-int add(DurableRecording& recording, std::uint64_t n) {
-  return recording.add(image_of(n), kWidth, kHeight, frame_of(n));
-}
+int add(DurableRecording& recording, std::uint64_t n) { return recording.add(image_of(n), kWidth, kHeight, frame_of(n)); }
 
 void expect_whole(const Recording& recording, std::uint64_t first = 0) {
   for (std::size_t i = 0; i < recording.frames.size(); ++i) {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/image_sketch.hpp"
 
 #include <gtest/gtest.h>
@@ -39,7 +40,8 @@ TEST(ImageSketch, KnowsAMosaicFromNoise) {
   expect_words(sketch_of([](int u, int v) {
                  const int gain = u % 2 == 0 && v % 2 == 0 ? 55 : u % 2 == 1 && v % 2 == 1 ? 40 : 100;
                  return board(u, v) * gain / 100;
-               }), "mosaic of a colour sensor");
+               }),
+               "mosaic of a colour sensor");
   std::mt19937 random(1);
   expect_words(sketch_of([&](int u, int v) { return board(u, v) - 30 + static_cast<int>(random() % 60); }), "looks sound");
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/recording/natural_order.hpp"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/recording/recorded_optics.hpp"
 
 #include <gtest/gtest.h>
@@ -43,14 +44,15 @@ TEST(RecordedOptics, AreNoneWhereTheRecordingHasNone) {
 TEST(RecordedOptics, WrongOnesAreRefusedWithTheirLine) {
   const ScratchFolder folder;
   const std::string water = "[water]\nrefractive_index = 1.333\n";
-  for (const auto& [text, said] : {std::pair<std::string, const char*>{"", "refractive_index"},
-                                   {"[water]\nrefractive_index = 2.5\n", "optics.toml:2"},
-                                   {water + "[[water.plate]]\nindex = 1.5\n", "thickness_mm"},
-                                   {water + "[[water.plate]]\nthickness_mm = 5.0\nindex = 0.9\n", "optics.toml:5"},
-                                   {water + "depth = 3\n", "depth"},
-                                   {water + "[surface]\nlx_mm = 1.0\nly_mm = 1.0\nx0_mm = 0.0\ny0_mm = 0.0\n", "modes"},
-                                   {water + "[surface]\nmodes = [\"A00\", \"Q\"]\nlx_mm = 1.0\nly_mm = 1.0\nx0_mm = 0.0\ny0_mm = 0.0\n", "optics.toml:4"},
-                                   {"not TOML", "optics.toml"}}) {
+  for (const auto& [text, said] :
+       {std::pair<std::string, const char*>{"", "refractive_index"},
+        {"[water]\nrefractive_index = 2.5\n", "optics.toml:2"},
+        {water + "[[water.plate]]\nindex = 1.5\n", "thickness_mm"},
+        {water + "[[water.plate]]\nthickness_mm = 5.0\nindex = 0.9\n", "optics.toml:5"},
+        {water + "depth = 3\n", "depth"},
+        {water + "[surface]\nlx_mm = 1.0\nly_mm = 1.0\nx0_mm = 0.0\ny0_mm = 0.0\n", "modes"},
+        {water + "[surface]\nmodes = [\"A00\", \"Q\"]\nlx_mm = 1.0\nly_mm = 1.0\nx0_mm = 0.0\ny0_mm = 0.0\n", "optics.toml:4"},
+        {"not TOML", "optics.toml"}}) {
     folder.write(std::string(kOpticsName), text);
     const auto read = read_recorded_optics(folder.path());
     ASSERT_FALSE(read.ok()) << text;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/recording_camera.hpp"
 
 #include <gtest/gtest.h>
@@ -14,8 +15,7 @@ using fakes::ScratchFolder;
 using std::chrono::milliseconds;
 
 // n frames of 16x8 px, each of one grey level, 1 ms apart.
-void record(const std::filesystem::path& folder, int n, ImageFormat format = ImageFormat::kPgm,
-            int width = 16) {
+void record(const std::filesystem::path& folder, int n, ImageFormat format = ImageFormat::kPgm, int width = 16) {
   auto writer = RecordingWriter::create(folder, format, true);
   ASSERT_TRUE(writer) << writer.error().text();
   for (int i = 0; i < n; ++i) {
@@ -91,8 +91,7 @@ TEST(RecordingCamera, WaitsForABufferAndDropsNothing) {
   for (CameraFrame& frame : held) ASSERT_EQ(camera.next(frame, milliseconds(10)), Capture::kFrame);
   CameraFrame more;
   EXPECT_EQ(camera.next(more, milliseconds(5)), Capture::kTimeout);
-  for (std::size_t i = 0; i < held.size(); ++i)
-    EXPECT_EQ(held[i].image.row(0)[0], i);  // untouched while held
+  for (std::size_t i = 0; i < held.size(); ++i) EXPECT_EQ(held[i].image.row(0)[0], i);  // untouched while held
   std::thread giver([&] {
     std::this_thread::sleep_for(milliseconds(5));
     camera.give_back(held[1]);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/recording/recording.hpp"
 
 #include <gtest/gtest.h>
@@ -61,8 +62,7 @@ TEST(Recording, IsNotOverwrittenUnlessToldTo) {
 
 TEST(Recording, CutAtAnyByteIsReadableToItsLastWholeFrame) {
   const ScratchFolder folder;
-  const std::string rows[] = {"frame_0.png,0,0,100,0\n", "frame_1.png,1,20000000,100,1\n",
-                              "frame_2.png,2,40000000,1005,2\n"};
+  const std::string rows[] = {"frame_0.png,0,0,100,0\n", "frame_1.png,1,20000000,100,1\n", "frame_2.png,2,40000000,1005,2\n"};
   std::string whole = kHeader;
   for (const auto& row : rows) whole += row;
   for (std::size_t cut = kHeader.size(); cut <= whole.size(); ++cut) {
@@ -117,9 +117,8 @@ TEST(Recording, WrongListingsAreRefusedWithTheirLine) {
 
 TEST(Recording, ImagesWithoutListingComeInNaturalOrderAtTheGivenRate) {
   const ScratchFolder folder;
-  for (const char* name :
-       {"frame_10.png", "frame_2.png", "frame_1.PNG", "frame_02.png", "notes.txt", "reference.png", "._frame_1.png",
-        ".frame_0.png"})
+  for (const char* name : {"frame_10.png", "frame_2.png", "frame_1.PNG", "frame_02.png", "notes.txt", "reference.png",
+                           "._frame_1.png", ".frame_0.png"})
     folder.write(name, "x");
   std::filesystem::create_directory(folder.path() / "frame_3.png");
   const auto read = read_recording(folder.path(), {30});
@@ -139,8 +138,8 @@ TEST(Recording, ImagesWithoutListingComeInNaturalOrderAtTheGivenRate) {
 
 TEST(Recording, ClockThatWasSetBackIsRefusedUntilARateGivesTheTimes) {
   const ScratchFolder folder;
-  folder.write("frames.csv", std::string(kFramesHeader) +
-                                 "\na.png,7,5000000000,0,0\nb.png,8,5040000000,0,0\nc.png,11,1000,0,1\n");
+  folder.write("frames.csv",
+               std::string(kFramesHeader) + "\na.png,7,5000000000,0,0\nb.png,8,5040000000,0,0\nc.png,11,1000,0,1\n");
   const auto refused = read_recording(folder.path(), {25});
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().exit, Exit::kInput);
@@ -226,9 +225,8 @@ TEST(Truth, ComesBackAsWritten) {
     EXPECT_EQ(read->rows[i].frame, truth.rows[i].frame);
     EXPECT_EQ(read->rows[i].coefficients, truth.rows[i].coefficients);
   }
-  for (const char* bad :
-       {"", "time,A00\n", "frame,time_ns,D\n", "frame,time_ns,A00,A00\n", "frame,time_ns,A00\n0,0\n",
-        "frame,time_ns,A00\n0,0,x\n", "frame,time_ns,A00\n0,0,nan\n"})
+  for (const char* bad : {"", "time,A00\n", "frame,time_ns,D\n", "frame,time_ns,A00,A00\n", "frame,time_ns,A00\n0,0\n",
+                          "frame,time_ns,A00\n0,0,x\n", "frame,time_ns,A00\n0,0,nan\n"})
     EXPECT_FALSE(read_truth(folder.write("bad.csv", bad))) << bad;
 }
 

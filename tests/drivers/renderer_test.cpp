@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/simulator/renderer.hpp"
 
 #include <gtest/gtest.h>
@@ -25,8 +26,8 @@ BruteForcePatch::Patch rendered_patch(const Scene& scene, const std::vector<floa
   BruteForcePatch::Patch patch;
   for (int v = 0; v < BruteForcePatch::kSide; ++v)
     for (int u = 0; u < BruteForcePatch::kSide; ++u)
-      patch(v, u) = static_cast<double>(levels[static_cast<std::size_t>(
-          (v0 + v - BruteForcePatch::kHalf) * scene.width() + u0 + u - BruteForcePatch::kHalf)]);
+      patch(v, u) = static_cast<double>(levels[static_cast<std::size_t>((v0 + v - BruteForcePatch::kHalf) * scene.width() + u0 +
+                                                                        u - BruteForcePatch::kHalf)]);
   return patch;
 }
 
@@ -41,11 +42,9 @@ Accuracy against_brute_force(const Scene& scene, std::uint64_t frame, int every_
   Accuracy out;
   double sum = 0;
   for (std::size_t i = 0; i < truth.size(); i += static_cast<std::size_t>(every_nth)) {
-    const int u0 = static_cast<int>(std::lround(truth[i].x())),
-              v0 = static_cast<int>(std::lround(truth[i].y()));
+    const int u0 = static_cast<int>(std::lround(truth[i].x())), v0 = static_cast<int>(std::lround(truth[i].y()));
     if (u0 < 20 || v0 < 20 || u0 >= scene.width() - 20 || v0 >= scene.height() - 20) continue;
-    const BruteForcePatch::Patch reference = brute.around(u0, v0),
-                                 patch = rendered_patch(scene, levels, u0, v0);
+    const BruteForcePatch::Patch reference = brute.around(u0, v0), patch = rendered_patch(scene, levels, u0, v0);
     const Eigen::Vector2d shift = patch_shift(reference, patch);
     sum += shift.squaredNorm() / 2;
     out.worst_px = std::max(out.worst_px, shift.cwiseAbs().maxCoeff());
@@ -68,15 +67,14 @@ std::string with_modes(const std::string& before, int parameters, double amplitu
   for (const dsp::Mode& mode : modes) {
     text += std::string("[[surface.mode]]\nname = \"") + mode.name().data() + "\"\n";
     text += j == 0 ? "mean_mm = 80.0\n" : "";
-    text += "amplitude_mm = " + std::to_string(amplitude) +
-            "\nfrequency_hz = 1.0\nphase_deg = " + std::to_string(67 * j) + ".0\n";
+    text +=
+        "amplitude_mm = " + std::to_string(amplitude) + "\nfrequency_hz = 1.0\nphase_deg = " + std::to_string(67 * j) + ".0\n";
     ++j;
   }
   return text;
 }
 
-const std::string kFromAbove =
-    "[pose]\ncentre_mm = [100.0, 200.0, 950.0]\ntarget_mm = [100.0, 200.0, 0.0]\nroll_deg = 0.3\n";
+const std::string kFromAbove = "[pose]\ncentre_mm = [100.0, 200.0, 950.0]\ntarget_mm = [100.0, 200.0, 0.0]\nroll_deg = 0.3\n";
 
 Scene scene_of(const std::string& toml) {
   auto scene = parse_scene(toml, "scene");
@@ -92,24 +90,24 @@ TEST_P(RendererAccuracy, CornersLieWhereBruteForcePutsThem) {
   const auto scene = parse_scene(GetParam().toml, GetParam().name);
   ASSERT_TRUE(scene) << scene.error().text();
   const Accuracy found = against_brute_force(*scene, 13, 23);
-  std::printf("  %s: %.5f px rms, %.5f px at most, %.3f grey levels at most, %d corners\n", GetParam().name,
-              found.rms_px, found.worst_px, found.worst_level, found.corners);
+  std::printf("  %s: %.5f px rms, %.5f px at most, %.3f grey levels at most, %d corners\n", GetParam().name, found.rms_px,
+              found.worst_px, found.worst_level, found.corners);
   EXPECT_GE(found.corners, 9);
   EXPECT_LT(found.rms_px, 0.0015);
   EXPECT_LT(found.worst_px, 0.003);
   EXPECT_LT(found.worst_level, 0.8);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    SlowScenes, RendererAccuracy,
-    testing::Values(RenderCase{"flume", ""},  //
-                    RenderCase{"from_above", kFromAbove + "[image]\nblur_px = 0.5\n"},
-                    RenderCase{"turned",
-                               "[pose]\ncentre_mm = [-300.0, 500.0, 700.0]\ntarget_mm = [113.0, 208.0, 0.0]\n"
-                               "roll_deg = 25.0\n[image]\nblur_px = 0.9\n"},
-                    RenderCase{"waves_12", with_modes("[image]\nblur_px = 1.2\n", 12, 3.0)},
-                    RenderCase{"soft", with_modes("[image]\nblur_px = 2.0\n", 8, 3.0)}),
-    [](const auto& parameter) { return std::string(parameter.param.name); });
+INSTANTIATE_TEST_SUITE_P(SlowScenes, RendererAccuracy,
+                         testing::Values(RenderCase{"flume", ""},  //
+                                         RenderCase{"from_above", kFromAbove + "[image]\nblur_px = 0.5\n"},
+                                         RenderCase{
+                                             "turned",
+                                             "[pose]\ncentre_mm = [-300.0, 500.0, 700.0]\ntarget_mm = [113.0, 208.0, 0.0]\n"
+                                             "roll_deg = 25.0\n[image]\nblur_px = 0.9\n"},
+                                         RenderCase{"waves_12", with_modes("[image]\nblur_px = 1.2\n", 12, 3.0)},
+                                         RenderCase{"soft", with_modes("[image]\nblur_px = 2.0\n", 8, 3.0)}),
+                         [](const auto& parameter) { return std::string(parameter.param.name); });
 
 // The rendered corner against the same blur of two straight lines that cross exactly at the truth pixel: what
 // is left is the rendering's error and the bend of the lines within the blur.
@@ -133,11 +131,7 @@ TEST(Renderer, CornersLieAtTheTruthPixels) {
     jacobian.col(0) = (seen(q.x() + kStep, q.y()) - seen(q.x() - kStep, q.y())) / (2 * kStep);
     jacobian.col(1) = (seen(q.x(), q.y() + kStep) - seen(q.x(), q.y() - kStep)) / (2 * kStep);
     BruteForcePatch brute(
-        scene,
-        [&](double u, double v) -> dsp::Vec2<double> {
-          return at + jacobian * (dsp::Vec2<double>(u, v) - q);
-        },
-        3);
+        scene, [&](double u, double v) -> dsp::Vec2<double> { return at + jacobian * (dsp::Vec2<double>(u, v) - q); }, 3);
     const int u0 = static_cast<int>(std::lround(q.x())), v0 = static_cast<int>(std::lround(q.y()));
     sum += patch_shift(brute.around(u0, v0), rendered_patch(scene, levels, u0, v0)).squaredNorm() / 2;
   }
@@ -158,8 +152,8 @@ TEST(Renderer, InterpolationOfRaysIsProvenFine) {
 struct Picture {
   GrayImage image;
   explicit Picture(const Scene& scene)
-      : image{std::vector<std::uint8_t>(static_cast<std::size_t>(scene.width() * scene.height())),
-              scene.width(), scene.height()} {}
+      : image{std::vector<std::uint8_t>(static_cast<std::size_t>(scene.width() * scene.height())), scene.width(),
+              scene.height()} {}
   GrayBuffer buffer() { return {image.pixels.data(), image.width, image.height, image.width}; }
 };
 
@@ -200,8 +194,7 @@ TEST(Renderer, TakesNothingFromTheHeap) {
 }
 
 TEST(Renderer, NoiseHasTheStatedDeviationAndNoPattern) {
-  Scene scene =
-      scene_of("[pattern]\nmargin = 0.5\n[image]\nnoise = 4.0\n[light]\ndark = 100.0\nbright = 101.0\n");
+  Scene scene = scene_of("[pattern]\nmargin = 0.5\n[image]\nnoise = 4.0\n[light]\ndark = 100.0\nbright = 101.0\n");
   auto renderer = Renderer::make(scene);
   ASSERT_TRUE(renderer);
   Picture picture(scene), later(scene);
@@ -222,8 +215,7 @@ TEST(Renderer, NoiseHasTheStatedDeviationAndNoPattern) {
   const double n = kRows * (scene.width() - 1);
   EXPECT_NEAR(sum / n, 0, 4 * 4 / std::sqrt(n));
   EXPECT_NEAR(std::sqrt(square / n - 1.0 / 12), 4, 4 * 4 / std::sqrt(2 * n));  // rounding adds 1/12
-  for (const double correlation : {next, below, in_time})
-    EXPECT_NEAR(correlation / square, 0, 4 / std::sqrt(n));
+  for (const double correlation : {next, below, in_time}) EXPECT_NEAR(correlation / square, 0, 4 / std::sqrt(n));
 }
 
 TEST(Renderer, OriginSquareMarginAndLightAreAsTold) {
@@ -235,8 +227,7 @@ TEST(Renderer, OriginSquareMarginAndLightAreAsTold) {
   std::vector<float> levels(static_cast<std::size_t>(scene.width() * scene.height()));
   renderer->render_levels(0, levels);
   const auto at = [&](double u, double v) {
-    return static_cast<double>(
-        levels[static_cast<std::size_t>(std::lround(v) * scene.width() + std::lround(u))]);
+    return static_cast<double>(levels[static_cast<std::size_t>(std::lround(v) * scene.width() + std::lround(u))]);
   };
   const auto pixels = truth_pixels(scene, 0).value();
   const auto middle = [&](int row,
@@ -269,15 +260,13 @@ TEST(Renderer, GlareAddsItsLightAndMoves) {
       for (int x = std::max(0, u - 10); x <= std::min(scene.width() - 1, u + 10); ++x) {
         const auto k = static_cast<std::size_t>(y * scene.width() + x);
         const double r2 = (x - u) * (x - u) + (y - v) * (y - v);
-        EXPECT_NEAR(static_cast<double>(with[k] - without[k]), 80 * std::exp(-r2 / 72), 0.01)
-            << x << " " << y;
+        EXPECT_NEAR(static_cast<double>(with[k] - without[k]), 80 * std::exp(-r2 / 72), 0.01) << x << " " << y;
       }
   }
 }
 
 TEST(Renderer, SaysWhyASceneCannotBeRendered) {
-  const auto below =
-      Renderer::make(scene_of("[pose]\ncentre_mm = [100.0, 200.0, 60.0]\ntarget_mm = [100.0, 190.0, 0.0]\n"));
+  const auto below = Renderer::make(scene_of("[pose]\ncentre_mm = [100.0, 200.0, 60.0]\ntarget_mm = [100.0, 190.0, 0.0]\n"));
   ASSERT_FALSE(below);
   EXPECT_NE(below.error().text().find("cannot be seen"), std::string::npos) << below.error().text();
   const auto blurred = Renderer::make(scene_of("[image]\nblur_px = 8.0\n"));

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/recording/rig.hpp"
 
 #include <gtest/gtest.h>
@@ -13,23 +14,19 @@ namespace {
 using fakes::ScratchFolder;
 
 std::string matrix(const std::string& key, int rows, int columns, const std::string& numbers) {
-  return key + ": !!opencv-matrix\n   rows: " + std::to_string(rows) +
-         "\n   cols: " + std::to_string(columns) + "\n   dt: d\n   data: [ " + numbers + " ]\n";
+  return key + ": !!opencv-matrix\n   rows: " + std::to_string(rows) + "\n   cols: " + std::to_string(columns) +
+         "\n   dt: d\n   data: [ " + numbers + " ]\n";
 }
 const std::string kHead = "%YAML:1.0\n---\n";
-const std::string kGoodCamera =
-    matrix("camera_matrix", 3, 3, "2150., 0., 640.5, 0., 2156., 320., 0., 0., 1.");
-const std::string kGoodDistortion =
-    matrix("distortion_coefficients", 5, 1, "-0.21, 0.09, -0.004, -0.0035, 0.3");
+const std::string kGoodCamera = matrix("camera_matrix", 3, 3, "2150., 0., 640.5, 0., 2156., 320., 0., 0., 1.");
+const std::string kGoodDistortion = matrix("distortion_coefficients", 5, 1, "-0.21, 0.09, -0.004, -0.0035, 0.3");
 
 TEST(Rig, CalibrationComesBackAsWritten) {
   const ScratchFolder folder;
   for (const std::size_t n : {0U, 4U, 5U, 8U, 12U, 14U}) {
     Calibration written;
-    for (std::size_t i = 0; i < n; ++i)
-      written.distortion.push_back(0.1 / 3 - 0.017 * static_cast<double>(i));
-    written.camera =
-        dsp::CameraModel<double>::make(2150 + 1.0 / 3, 2156.7, 640.1, 319.9, written.distortion).value();
+    for (std::size_t i = 0; i < n; ++i) written.distortion.push_back(0.1 / 3 - 0.017 * static_cast<double>(i));
+    written.camera = dsp::CameraModel<double>::make(2150 + 1.0 / 3, 2156.7, 640.1, 319.9, written.distortion).value();
     written.image_width = n == 4 ? 0 : 1280;
     written.image_height = n == 4 ? 0 : 640;
     const auto file = folder.path() / "calibration.yml";
@@ -61,9 +58,9 @@ TEST(Rig, PoseComesBackAsWritten) {
 
 TEST(Rig, NearRotationIsMadeOrthonormal) {
   const ScratchFolder folder;
-  const auto file = folder.write(
-      "pose.yml", kHead + matrix("Rotationmatrix", 3, 3, "1.0003, 0, 0, 0, 0.9998, 0.0002, 0, 0, 1") +
-                      matrix("TranslationVector", 1, 3, "1, 2, 3"));
+  const auto file =
+      folder.write("pose.yml", kHead + matrix("Rotationmatrix", 3, 3, "1.0003, 0, 0, 0, 0.9998, 0.0002, 0, 0, 1") +
+                                   matrix("TranslationVector", 1, 3, "1, 2, 3"));
   const auto read = read_pose(file);
   ASSERT_TRUE(read) << read.error().text();
   EXPECT_LT((read->rotation * read->rotation.transpose() - dsp::Mat3<double>::Identity()).norm(), 1e-15);
@@ -81,8 +78,7 @@ TEST(Rig, PointsComeBackAsWritten) {
 
 TEST(Rig, PointsMayHaveCommentsCommasTabsAndWindowsLineEnds) {
   const ScratchFolder folder;
-  const auto file =
-      folder.write("points.txt", "\xEF\xBB\xBF# x y z\r\n0\t20\t0\r\n\r\n1, 2, 3 # corner\r\n 4;5;+6");
+  const auto file = folder.write("points.txt", "\xEF\xBB\xBF# x y z\r\n0\t20\t0\r\n\r\n1, 2, 3 # corner\r\n 4;5;+6");
   const auto read = read_points(file);
   ASSERT_TRUE(read) << read.error().text();
   EXPECT_EQ(*read, (Points{{0, 20, 0}, {1, 2, 3}, {4, 5, 6}}));
@@ -106,27 +102,19 @@ TEST(Rig, WrongCalibrationIsRefusedWithFileAndKey) {
       {kHead + kGoodCamera, "distortion_coefficients"},
       {kHead + "camera_matrix: 5\n" + kGoodDistortion, "camera_matrix"},
       {kHead + "camera_matrix: [ 1, 2, 3 ]\n" + kGoodDistortion, "camera_matrix"},
-      {kHead + matrix("camera_matrix", 3, 3, "2150., 0., 640., 0., 2150., 320., 0., 0.") + kGoodDistortion,
-       "camera_matrix"},
+      {kHead + matrix("camera_matrix", 3, 3, "2150., 0., 640., 0., 2150., 320., 0., 0.") + kGoodDistortion, "camera_matrix"},
       {kHead + matrix("camera_matrix", 1000000, 1000000, "1.") + kGoodDistortion, "camera_matrix"},
-      {kHead + matrix("camera_matrix", -3, -3, "1.,2.,3.,4.,5.,6.,7.,8.,9.") + kGoodDistortion,
+      {kHead + matrix("camera_matrix", -3, -3, "1.,2.,3.,4.,5.,6.,7.,8.,9.") + kGoodDistortion, "camera_matrix"},
+      {kHead + matrix("camera_matrix", 1, 9, "2150., 0., 640., 0., 2150., 320., 0., 0., 1.") + kGoodDistortion,
        "camera_matrix"},
-      {kHead + matrix("camera_matrix", 1, 9, "2150., 0., 640., 0., 2150., 320., 0., 0., 1.") +
-           kGoodDistortion,
+      {kHead + matrix("camera_matrix", 3, 3, ".Nan, 0., 640., 0., 2150., 320., 0., 0., 1.") + kGoodDistortion, "camera_matrix"},
+      {kHead + matrix("camera_matrix", 3, 3, "2150., 0., 640., 0., -2150., 320., 0., 0., 1.") + kGoodDistortion,
        "camera_matrix"},
-      {kHead + matrix("camera_matrix", 3, 3, ".Nan, 0., 640., 0., 2150., 320., 0., 0., 1.") + kGoodDistortion,
+      {kHead + matrix("camera_matrix", 3, 3, "2150., 3., 640., 0., 2150., 320., 0., 0., 1.") + kGoodDistortion,
        "camera_matrix"},
-      {kHead + matrix("camera_matrix", 3, 3, "2150., 0., 640., 0., -2150., 320., 0., 0., 1.") +
-           kGoodDistortion,
-       "camera_matrix"},
-      {kHead + matrix("camera_matrix", 3, 3, "2150., 3., 640., 0., 2150., 320., 0., 0., 1.") +
-           kGoodDistortion,
-       "camera_matrix"},
-      {kHead + kGoodCamera + matrix("distortion_coefficients", 6, 1, "1,2,3,4,5,6"),
-       "distortion_coefficients"},
+      {kHead + kGoodCamera + matrix("distortion_coefficients", 6, 1, "1,2,3,4,5,6"), "distortion_coefficients"},
       {kHead + kGoodCamera + matrix("distortion_coefficients", 2, 2, "1,2,3,4"), "distortion_coefficients"},
-      {kHead + kGoodCamera + matrix("distortion_coefficients", 4, 1, "1,2,.Inf,4"),
-       "distortion_coefficients"},
+      {kHead + kGoodCamera + matrix("distortion_coefficients", 4, 1, "1,2,.Inf,4"), "distortion_coefficients"},
       {kHead + kGoodCamera + kGoodDistortion + "image_width: -5\n", "image_width"},
       {kHead + kGoodCamera + kGoodDistortion + "image_height: tall\n", "image_height"},
   };
@@ -258,8 +246,7 @@ TEST(Rig, NothingIsWrittenWhereNothingCanBe) {
 // Any change to a file gives a value or a problem: no exception, no crash (the sanitizer build sees more).
 TEST(Rig, DamagedFilesNeverThrow) {
   const ScratchFolder folder;
-  const std::string good =
-      kHead + "calibration_time: \"Mon\"\nimage_width: 1280\n" + kGoodCamera + kGoodDistortion;
+  const std::string good = kHead + "calibration_time: \"Mon\"\nimage_width: 1280\n" + kGoodCamera + kGoodDistortion;
   ASSERT_TRUE(read_calibration(folder.write("calib.yml", good)));
   std::mt19937 random(5);
   int refused = 0;
@@ -272,15 +259,9 @@ TEST(Rig, DamagedFilesNeverThrow) {
     for (int j = 0; j < changes; ++j) {
       const std::size_t at = random() % bad.size();
       switch (random() % 3) {
-        case 0:
-          bad[at] = static_cast<char>(random() % 256);
-          break;
-        case 1:
-          bad.erase(at, 1 + random() % 8);
-          break;
-        default:
-          bad.insert(at, std::string(1 + random() % 3, "[]{}:-,. \n!%&*\"'<>"[random() % 19]));
-          break;
+        case 0: bad[at] = static_cast<char>(random() % 256); break;
+        case 1: bad.erase(at, 1 + random() % 8); break;
+        default: bad.insert(at, std::string(1 + random() % 3, "[]{}:-,. \n!%&*\"'<>"[random() % 19])); break;
       }
     }
     EXPECT_NO_THROW((void)read_calibration(folder.write("calib.yml", bad)));
@@ -290,9 +271,8 @@ TEST(Rig, DamagedFilesNeverThrow) {
 TEST(Rig, ReadsTheFilesOfTheLab) {
   const std::filesystem::path root = fakes::lab_data();
   if (!std::filesystem::is_directory(root)) GTEST_SKIP() << "no lab recordings: set SRD_DATA to their folder";
-  for (const char* name :
-       {"opensrd-2017/INPUT/Calib_CAM1.yml", "opensrd-2017/published/Calib_CAM1.yml",
-        "opensrd-2016/INPUT/Calib_C1.yml", "rendered/p2_8term_2cam/PRE_PROCESS/Calib_CAM2.yml"}) {
+  for (const char* name : {"opensrd-2017/INPUT/Calib_CAM1.yml", "opensrd-2017/published/Calib_CAM1.yml",
+                           "opensrd-2016/INPUT/Calib_C1.yml", "rendered/p2_8term_2cam/PRE_PROCESS/Calib_CAM2.yml"}) {
     const auto calibration = read_calibration(root / name);
     ASSERT_TRUE(calibration) << calibration.error().text();
     EXPECT_GT(calibration->camera.fx(), 1000) << name;
@@ -303,9 +283,8 @@ TEST(Rig, ReadsTheFilesOfTheLab) {
     ASSERT_TRUE(pose) << pose.error().text();
     EXPECT_GT(pose->centre().z(), 100) << name;
   }
-  for (const char* name :
-       {"opensrd-2017/INPUT/VerticesPoseEstimation_CAM1.txt", "opensrd-2016/INPUT/FeaturesF_1.txt",
-        "rendered/p1_5term/PRE_PROCESS/FeaturesF.txt"}) {
+  for (const char* name : {"opensrd-2017/INPUT/VerticesPoseEstimation_CAM1.txt", "opensrd-2016/INPUT/FeaturesF_1.txt",
+                           "rendered/p1_5term/PRE_PROCESS/FeaturesF.txt"}) {
     const auto points = read_points(root / name);
     ASSERT_TRUE(points) << points.error().text();
     EXPECT_GE(points->size(), 85U) << name;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/simulator/scene.hpp"
 
 #include <gtest/gtest.h>
@@ -67,8 +68,7 @@ TEST(Scene, LookAtPutsTheTargetInTheMiddleWithYToTheRight) {
   const dsp::View<double> view{dsp::CameraModel<double>{}, *pose};
   EXPECT_LT(view.normalised(target)->norm(), 1e-12);
   EXPECT_GT(view.normalised(target + dsp::Vec3<double>(0, 10, 0))->x(), 0);
-  EXPECT_NEAR(pose->rotation(0, 1),
-              (pose->rotation.col(1).norm()) * std::sqrt(1 - std::pow(pose->rotation(2, 1), 2)), 1e-12);
+  EXPECT_NEAR(pose->rotation(0, 1), (pose->rotation.col(1).norm()) * std::sqrt(1 - std::pow(pose->rotation(2, 1), 2)), 1e-12);
   EXPECT_GT(view.normalised(target + dsp::Vec3<double>(10, 0, 0))->y(), 0);
   // Turned clockwise by a quarter, what lay to the right lies up.
   const dsp::View<double> turned{dsp::CameraModel<double>{}, look_at(centre, target, M_PI / 2).value()};
@@ -105,10 +105,8 @@ TEST(Scene, WrongFilesAreRefusedWithTheirLine) {
       {"[camera]\nwidth = 4000000000\n", "scene.toml:2: key 'camera.width'"},
       {"[pose]\nroll_deg = 3.0\n", "key 'pose.centre_mm' is missing"},
       {"[pose]\ncentre_mm = [0.0, 0.0]\ntarget_mm = [1.0, 0.0, 0.0]\n", "scene.toml:2: key 'pose.centre_mm'"},
-      {"[pose]\ncentre_mm = [0.0, 0.0, 0.0]\ntarget_mm = [0.0, 5.0, 0.0]\n",
-       "scene.toml:3: key 'pose.target_mm'"},
-      {"[pose]\ncentre_mm = [0.0, 0.0, -900.0]\ntarget_mm = [5.0, 5.0, 0.0]\n",
-       "scene.toml:2: key 'pose.centre_mm'"},
+      {"[pose]\ncentre_mm = [0.0, 0.0, 0.0]\ntarget_mm = [0.0, 5.0, 0.0]\n", "scene.toml:3: key 'pose.target_mm'"},
+      {"[pose]\ncentre_mm = [0.0, 0.0, -900.0]\ntarget_mm = [5.0, 5.0, 0.0]\n", "scene.toml:2: key 'pose.centre_mm'"},
       {"[pose]\nrotation = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0]\ntranslation_mm = [0.0, 0.0, "
        "900.0]\n",
        "scene.toml:2: key 'pose.rotation'"},
@@ -116,14 +114,12 @@ TEST(Scene, WrongFilesAreRefusedWithTheirLine) {
        "translation_mm = [0.0, 0.0, 900.0]\n",
        "scene.toml:2: key 'pose.roll_deg'"},
       {"[pattern]\norigin_square = \"black\"\n", "scene.toml:2: key 'pattern.origin_square'"},
-      {"[tank]\nrefractive_index = 1.33\nwater_temperature_c = 20.0\n",
-       "scene.toml:3: key 'tank.water_temperature_c'"},
+      {"[tank]\nrefractive_index = 1.33\nwater_temperature_c = 20.0\n", "scene.toml:3: key 'tank.water_temperature_c'"},
       {"[tank]\nwater_temperature_c = 20.0\n", "key 'tank.wavelength_nm' is missing"},
       {"[tank]\nplate = 3\n", "scene.toml:2: key 'tank.plate'"},
       {"[[surface.mode]]\nmean_mm = 80.0\n", "name' is missing"},
       {"[[surface.mode]]\nname = \"D\"\n", "scene.toml:2"},
-      {"[[surface.mode]]\nname = \"A00\"\nmean_mm = 80.0\n[[surface.mode]]\nname = \"A00\"\n",
-       "different modes"},
+      {"[[surface.mode]]\nname = \"A00\"\nmean_mm = 80.0\n[[surface.mode]]\nname = \"A00\"\n", "different modes"},
       {"[[surface.mode]]\nname = \"A00\"\nmean_mm = 2.0\namplitude_mm = 3.0\n", "water above the pattern"},
       {"[light]\ndark = 100.0\nbright = 90.0\n", "scene.toml:2: key 'light.dark'"},
       {"[image]\nblur_px = 0.1\n", "scene.toml:2: key 'image.blur_px'"},
@@ -134,8 +130,7 @@ TEST(Scene, WrongFilesAreRefusedWithTheirLine) {
     const auto scene = parse_scene(wrong.text, "scene.toml");
     ASSERT_FALSE(scene) << wrong.text;
     EXPECT_EQ(scene.error().exit, Exit::kUsage);
-    EXPECT_NE(scene.error().text().find(wrong.found), std::string::npos)
-        << wrong.text << scene.error().text();
+    EXPECT_NE(scene.error().text().find(wrong.found), std::string::npos) << wrong.text << scene.error().text();
   }
   EXPECT_FALSE(read_scene("no/such/scene.toml"));
 }
@@ -165,20 +160,16 @@ TEST(Optics, AgreesWithAnIndependentRayTracer) {
     ASSERT_EQ(surface_lines.size(), pixel_lines.size());
     double worst = 0;
     for (std::size_t frame = 0; frame < surface_lines.size(); ++frame) {
-      const auto numbers = split_commas(surface_lines[frame].text),
-                 uv = split_commas(pixel_lines[frame].text);
+      const auto numbers = split_commas(surface_lines[frame].text), uv = split_commas(pixel_lines[frame].text);
       ASSERT_EQ(uv.size(), 2 * points->size());
       dsp::Coefficients<double> a(one.parameters);
-      for (int j = 0; j < one.parameters; ++j)
-        a[j] = parse_number<double>(numbers[static_cast<std::size_t>(j)]).value();
+      for (int j = 0; j < one.parameters; ++j) a[j] = parse_number<double>(numbers[static_cast<std::size_t>(j)]).value();
       for (std::size_t i = 0; i < points->size(); ++i) {
         dsp::Trace<double> traced;
         dsp::Mat2<double> by_xy;
-        const auto xy = dsp::see_through(view, model, a, media, (*points)[i], *view.normalised((*points)[i]),
-                                         traced, by_xy);
+        const auto xy = dsp::see_through(view, model, a, media, (*points)[i], *view.normalised((*points)[i]), traced, by_xy);
         ASSERT_TRUE(xy);
-        const dsp::Vec2<double> expected(parse_number<double>(uv[2 * i]).value(),
-                                         parse_number<double>(uv[2 * i + 1]).value());
+        const dsp::Vec2<double> expected(parse_number<double>(uv[2 * i]).value(), parse_number<double>(uv[2 * i + 1]).value());
         worst = std::max(worst, (view.camera.pixel(*xy) - expected).cwiseAbs().maxCoeff());
       }
     }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
 #include "drivers/camera/simulator/renderer.hpp"
@@ -24,8 +25,7 @@ TEST(SimulatedData, IsWhatItsSceneRenders) {
     const GrayBuffer buffer{image.pixels.data(), 640, 320, 640};
     for (const std::size_t i : {std::size_t{0}, recording->frames.size() - 1}) {
       renderer->render(i, buffer);
-      EXPECT_EQ(read_gray_image(folder / recording->frames[i].file)->pixels, image.pixels)
-          << name << " " << i;
+      EXPECT_EQ(read_gray_image(folder / recording->frames[i].file)->pixels, image.pixels) << name << " " << i;
       EXPECT_LT((truth->rows[i].coefficients - scene->coefficients(i)).norm(), 1e-9) << name << " " << i;
     }
     renderer->render_reference(buffer);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/simulator_camera.hpp"
 
 #include <gtest/gtest.h>
@@ -33,8 +34,7 @@ TEST(SimulatorCamera, GivesTheRenderersFramesAndEnds) {
     EXPECT_EQ(frame.time_ns, static_cast<std::int64_t>(20'000'000 * i));
     EXPECT_EQ(frame.exposure_us, 2000U);
     renderer->render(i, {expected.pixels.data(), 1280, 640, 1280});
-    for (int v = 0; v < 640; v += 37)
-      EXPECT_EQ(std::memcmp(frame.image.row(v), expected.view().row(v), 1280), 0);
+    for (int v = 0; v < 640; v += 37) EXPECT_EQ(std::memcmp(frame.image.row(v), expected.view().row(v), 1280), 0);
     camera.give_back(frame);
   }
   EXPECT_EQ(camera.next(frame, milliseconds(1)), Capture::kEnd);

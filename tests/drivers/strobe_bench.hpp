@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A whole strobe in simulated time: sensor, scheduler, line; and what its light did, by the sensor's truth.
 #pragma once
 
@@ -27,9 +28,9 @@ inline StrobeTiming timing_of(double period_ns, double exposure_share = 0.3) {
 
 struct LightSeen {
   std::size_t pulses = 0;
-  std::size_t outside = 0;      // not whole in the window of any exposure
-  std::size_t doubles = 0;      // second ones in an exposure
-  std::size_t lit_frames = 0;   // exposures with a whole pulse
+  std::size_t outside = 0;     // not whole in the window of any exposure
+  std::size_t doubles = 0;     // second ones in an exposure
+  std::size_t lit_frames = 0;  // exposures with a whole pulse
 };
 
 class StrobeBench {
@@ -59,7 +60,8 @@ class StrobeBench {
     LightSeen seen;
     std::vector<int> in_frame(frames_.size());
     for (const fakes::Pulse& pulse : line.pulses()) {
-      const double begin = static_cast<double>(pulse.on_ns + timing_.delay_ns), end = static_cast<double>(pulse.off_ns + timing_.delay_ns);
+      const double begin = static_cast<double>(pulse.on_ns + timing_.delay_ns),
+                   end = static_cast<double>(pulse.off_ns + timing_.delay_ns);
       const auto next = std::lower_bound(frames_.begin(), frames_.end(), begin - static_cast<double>(timing_.window_end_ns),
                                          [](const auto& frame, double t) { return frame.truth_ns < t; });
       const auto place = static_cast<std::size_t>(next - frames_.begin());
@@ -93,7 +95,8 @@ class StrobeBench {
                                        [](const auto& frame, double t) { return frame.truth_ns < t; });
     if (next == frames_.end()) return frames_.size() - 1;
     if (next == frames_.begin()) return 0;
-    return static_cast<std::size_t>((next->truth_ns - stamp_ns < stamp_ns - (next - 1)->truth_ns ? next : next - 1) - frames_.begin());
+    return static_cast<std::size_t>((next->truth_ns - stamp_ns < stamp_ns - (next - 1)->truth_ns ? next : next - 1) -
+                                    frames_.begin());
   }
   // Stamps given until the first pulse.
   [[nodiscard]] std::size_t frames_to_light() const {

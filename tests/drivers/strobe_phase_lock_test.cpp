@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/strobe/phase_lock.hpp"
 
 #include <gtest/gtest.h>
@@ -16,7 +17,7 @@ using fakes::SimulatedSensor;
 
 // Prediction error of the frame `ahead` of each stamp once the loop is steady, ns.
 struct Seen {
-  int lock_frames = 0;            // stamps until locked; 0: never
+  int lock_frames = 0;  // stamps until locked; 0: never
   double rms_ns = 0, worst_ns = 0;
   int compared = 0;
 };
@@ -66,8 +67,7 @@ TEST(StrobePhaseLock, LetsThroughTheJitterThatItsGainsSay) {
       EXPECT_NEAR(seen.rms_ns, theory, 0.12 * theory + 50) << rate << " Hz " << jitter_ns;
       // The innovation is wider than the jitter by the loop's own spread; the period's wander is added.
       const double wander = 2 * habits.period_ns * 1e-6;
-      EXPECT_NEAR(stated,
-                  std::sqrt(1 + fakes::phase_lock_spread(1) * fakes::phase_lock_spread(1)) * theory + wander,
+      EXPECT_NEAR(stated, std::sqrt(1 + fakes::phase_lock_spread(1) * fakes::phase_lock_spread(1)) * theory + wander,
                   0.35 * theory + 100);
       EXPECT_EQ(lock.counts().locks, 1u);
     }
@@ -190,7 +190,8 @@ TEST(StrobePhaseLock, ALongSilenceUnlocksAndAPauseIsSurvived) {
   sensor.pause(700e6 + 0.4e6);
   const std::size_t before = sensor.frames().size();
   sensor.run(60, habits);
-  for (std::size_t i = before; i < sensor.frames().size(); ++i) lock.add(sensor.frames()[i].sequence, sensor.frames()[i].stamp_ns);
+  for (std::size_t i = before; i < sensor.frames().size(); ++i)
+    lock.add(sensor.frames()[i].sequence, sensor.frames()[i].stamp_ns);
   const auto& last = sensor.frames().back();
   EXPECT_EQ(lock.state(last.stamp_ns), LockState::kLocked);
   EXPECT_NEAR(static_cast<double>(lock.predict_ns(lock.index())), last.truth_ns, 5e3);

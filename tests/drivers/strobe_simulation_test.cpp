@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sensor, phase lock, scheduler and sleeping thread as one closed loop in simulated time. Figures are printed.
 #include <gtest/gtest.h>
 
@@ -25,9 +26,17 @@ SensorHabits habits_of(double rate_hz, double ppm, double jitter_ns, double drop
 
 TEST(StrobeSimulation, PulsesFallInTheWindowFromFiveToFiveHundredHertz) {
   std::printf("rate Hz  ppm  jitter us  drops  lit after  phase rms us  theory us  pulses  outside  late  skipped\n");
-  struct Case { double rate, ppm, jitter_ns, drops; };
-  for (const Case& c : {Case{5, 100, 20e3, 0}, {25, -200, 20e3, 0.02}, {50, 50, 1e3, 0}, {50, 50, 20e3, 0.1},
-                        {120, -80, 10e3, 0.01}, {200, 300, 20e3, 0.05}, {500, 100, 10e3, 0}, {500, -100, 10e3, 0.05}}) {
+  struct Case {
+    double rate, ppm, jitter_ns, drops;
+  };
+  for (const Case& c : {Case{5, 100, 20e3, 0},
+                        {25, -200, 20e3, 0.02},
+                        {50, 50, 1e3, 0},
+                        {50, 50, 20e3, 0.1},
+                        {120, -80, 10e3, 0.01},
+                        {200, 300, 20e3, 0.05},
+                        {500, 100, 10e3, 0},
+                        {500, -100, 10e3, 0.05}}) {
     constexpr std::size_t kFrames = 4000;
     SimulatedSensor sensor(11);
     const SensorHabits habits = habits_of(c.rate, c.ppm, c.jitter_ns, c.drops);
@@ -41,14 +50,14 @@ TEST(StrobeSimulation, PulsesFallInTheWindowFromFiveToFiveHundredHertz) {
     // A pulse in exposure n is planned from stamps up to n - 1, since n - 1 is stamped before n begins. Each frame of a drop
     // looks one frame further ahead: 1 / (1 - drops) on average.
     const double theory = fakes::phase_lock_spread(1 / (1 - c.drops)) * c.jitter_ns;
-    std::printf("%7.0f %4.0f %10.1f %6.2f %10zu %13.2f %10.2f %7zu %8zu %5llu %8llu\n", c.rate, c.ppm, c.jitter_ns / 1e3, c.drops,
-                bench.frames_to_light(), rms / 1e3, theory / 1e3, all.pulses, all.outside,
-                static_cast<unsigned long long>(counters.late.load()), static_cast<unsigned long long>(counters.skipped.load()));
+    std::printf("%7.0f %4.0f %10.1f %6.2f %10zu %13.2f %10.2f %7zu %8zu %5llu %8llu\n", c.rate, c.ppm, c.jitter_ns / 1e3,
+                c.drops, bench.frames_to_light(), rms / 1e3, theory / 1e3, all.pulses, all.outside,
+                static_cast<unsigned long long>(counters.late.load()),
+                static_cast<unsigned long long>(counters.skipped.load()));
     EXPECT_LE(bench.frames_to_light(), 20u);
     // 3800 errors correlated over about 16 frames: their rms is known to 1/sqrt(2 * 240) = 5 %. Three of those; and the next
     // longer look ahead for drops that come together; a stamp is a whole number of ns.
-    EXPECT_LE(rms,
-              1.15 * fakes::phase_lock_spread(1 + 2 * c.drops) / fakes::phase_lock_spread(1) * theory + 2);
+    EXPECT_LE(rms, 1.15 * fakes::phase_lock_spread(1 + 2 * c.drops) / fakes::phase_lock_spread(1) * theory + 2);
     EXPECT_GE(rms, 0.85 * fakes::phase_lock_spread(1) * c.jitter_ns);
     EXPECT_EQ(all.outside, 0u);
     EXPECT_EQ(all.doubles, 0u);
@@ -79,9 +88,7 @@ TEST(StrobeSimulation, HoldoverKeepsPulsesInTheWindowAndEndsBeforeItCannot) {
   EXPECT_EQ(held.outside, 0u);
   // It ends when three deviations use up the spare window on one side and half the lateness.
   const double trust = (1.2e6 - 0.6e6) / 2 + 0.05e6;
-  const auto deviation = [&](double k) {
-    return fakes::phase_lock_spread(k) * habits.jitter_ns + k * habits.period_ns * 1e-6;
-  };
+  const auto deviation = [&](double k) { return fakes::phase_lock_spread(k) * habits.jitter_ns + k * habits.period_ns * 1e-6; };
   double last = 1;
   while (3 * deviation(last) < trust) ++last;
   EXPECT_NEAR(static_cast<double>(held.lit_frames), last, 0.25 * last);  // the jitter is estimated from some 30 stamps
@@ -101,8 +108,8 @@ TEST(StrobeSimulation, AfterAStepOfTheRateAtMostAWindowOfFramesIsLitWrongly) {
     StrobeBench bench(timing, sensor, {});
     bench.run();
     const LightSeen step = bench.light(kBefore, kBefore + 25), after = bench.light(kBefore + 25, kBefore + kAfter - 2);
-    std::printf("rate x %.2f: %zu pulses outside in the 25 frames after the step; later %zu of %d frames lit, %zu outside\n", 1 / ratio,
-                step.outside, after.lit_frames, kAfter - 27, after.outside);
+    std::printf("rate x %.2f: %zu pulses outside in the 25 frames after the step; later %zu of %d frames lit, %zu outside\n",
+                1 / ratio, step.outside, after.lit_frames, kAfter - 27, after.outside);
     // Until kMostRejected stamps tell, and two that are on their way; a sensor that is slower by 2 sees two pulses a frame.
     EXPECT_LE(step.outside, static_cast<std::size_t>((PhaseLock::kMostRejected + 2) * std::max(ratio, 1.0) + 2)) << ratio;
     EXPECT_EQ(after.outside, 0u) << ratio;
@@ -152,7 +159,8 @@ TEST(StrobeSimulation, ADelayedThreadNeitherDoublesPulsesNorPassesTheDuty) {
   const LightSeen light = bench.light(0, kFrames - 2);
   std::printf("%zu pulses, %llu late, %llu skipped, %llu withheld, %llu overlong, %llu spilled; %s\n", light.pulses,
               static_cast<unsigned long long>(counters.late.load()), static_cast<unsigned long long>(counters.skipped.load()),
-              static_cast<unsigned long long>(counters.withheld.load()), static_cast<unsigned long long>(counters.overlong.load()),
+              static_cast<unsigned long long>(counters.withheld.load()),
+              static_cast<unsigned long long>(counters.overlong.load()),
               static_cast<unsigned long long>(counters.spilled.load()), bench.scheduler.lateness().text().c_str());
   EXPECT_EQ(light.doubles, 0u);
   // Known of, but for ends that are within the phase error of the window's.
@@ -237,7 +245,8 @@ TEST(StrobeSimulation, StampsOfAnotherClockComeBackInThatClock) {
   while (given < 100) scheduler.step();
   ASSERT_GT(line.pulses().size(), 70u);
   const PulseRecord record = *scheduler.records().front();
-  EXPECT_NEAR(static_cast<double>(record.stamp_ns - kSuspended), sensor.frames()[static_cast<std::size_t>(record.sequence)].truth_ns, 5e3);
+  EXPECT_NEAR(static_cast<double>(record.stamp_ns - kSuspended),
+              sensor.frames()[static_cast<std::size_t>(record.sequence)].truth_ns, 5e3);
   EXPECT_NEAR(static_cast<double>(record.on_ns - kSuspended), static_cast<double>(line.pulses()[0].on_ns), 1e3);
 }
 

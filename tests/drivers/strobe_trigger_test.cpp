@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trigger mode in simulated time: the camera answers each trigger with a frame, or does not.
 #include <gtest/gtest.h>
 
@@ -113,7 +114,8 @@ TEST(StrobeTrigger, TwoBoardsExposeTogether) {
     return bench.wall_of(pulse.on_ns) - grid.time_ns(grid.first_from(bench.wall_of(pulse.on_ns) - 1'000'000));
   };
   for (std::size_t i = 0; i < 100; ++i)
-    EXPECT_NEAR(static_cast<double>(grid_error(a, a.trigger.pulses()[i])), static_cast<double>(grid_error(b, b.trigger.pulses()[i])), 200e3);
+    EXPECT_NEAR(static_cast<double>(grid_error(a, a.trigger.pulses()[i])),
+                static_cast<double>(grid_error(b, b.trigger.pulses()[i])), 200e3);
 }
 
 TEST(StrobeTrigger, MissedTriggersAndFramesWithoutOneAreCounted) {

@@ -1,7 +1,8 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/net/udp_socket.hpp"
 
-#include <array>
 #include <fcntl.h>
+#include <array>
 
 #include <gtest/gtest.h>
 
@@ -27,8 +28,8 @@ TEST(Address, ReadsBothFamiliesAndSaysThemBack) {
 }
 
 TEST(Address, SaysWhatIsWrong) {
-  for (const char* text : {"", "127.0.0.1", "127.0.0.1:", ":47810", "127.0.0.1:70000", "127.0.0.1:-1", "127.0.0.1:80x",
-                           "::1:47810", "[]:1"}) {
+  for (const char* text :
+       {"", "127.0.0.1", "127.0.0.1:", ":47810", "127.0.0.1:70000", "127.0.0.1:-1", "127.0.0.1:80x", "::1:47810", "[]:1"}) {
     const auto parsed = Address::parse(text, "--bind");
     ASSERT_FALSE(parsed.ok()) << text;
     EXPECT_EQ(parsed.error().exit, Exit::kUsage) << text;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dsp/frontend/board_finder.hpp"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dsp/frontend/chess_response.hpp"
 
 #include <gtest/gtest.h>
@@ -59,8 +60,7 @@ TEST(ChessResponse, StaysWithinItsStatedRange) {
 
 TEST(ChessResponse, IsStrongAtCornersAndNotAtEdgesOrFlats) {
   std::vector<std::uint8_t> pixels(60 * 60);
-  for (int i = 0; i < 60 * 60; ++i)
-    pixels[static_cast<std::size_t>(i)] = (i % 60 / 20 + i / 60 / 20) % 2 == 0 ? 20 : 220;
+  for (int i = 0; i < 60 * 60; ++i) pixels[static_cast<std::size_t>(i)] = (i % 60 / 20 + i / 60 / 20) % 2 == 0 ? 20 : 220;
   const GrayView image{pixels.data(), 60, 60, 60};
   EXPECT_GE(response_at(image, 20, 20, {5, false}), 4 * 200);
   EXPECT_LE(response_at(image, 20, 30, {5, false}), 0);  // on an edge

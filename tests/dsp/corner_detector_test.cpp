@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // All corners of a rendered board, whatever else is in the image.
 #include "dsp/frontend/corner_detector.hpp"
 

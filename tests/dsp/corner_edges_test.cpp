@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Corners of sharp, soft and sharpened edges, against the bound of their own images.
 #include <gtest/gtest.h>
 

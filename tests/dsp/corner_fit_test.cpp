@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dsp/frontend/corner_fit.hpp"
 
 #include <gtest/gtest.h>

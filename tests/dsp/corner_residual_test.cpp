@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -70,8 +71,7 @@ TEST(CornerResidual, DerivativesAreCentralDifferences) {
         auto up = f.scene.truth, down = f.scene.truth;
         up[j] += kStep;
         down[j] -= kStep;
-        const Vec2<double> expected =
-            (f.residual(metric, up, corner).e - f.residual(metric, down, corner).e) / (2 * kStep);
+        const Vec2<double> expected = (f.residual(metric, up, corner).e - f.residual(metric, down, corner).e) / (2 * kStep);
         const Vec2<double> found = at.by_height * basis.value[j] + at.by_slope * Vec2<double>(basis.dx[j], basis.dy[j]);
         EXPECT_LT((found - expected).norm(), 1e-7 * (1 + expected.norm()))
             << "metric " << static_cast<int>(metric) << ", mode " << j << ", " << floor.size() << " plates";
@@ -90,9 +90,9 @@ TEST(CornerResidual, PixelDerivativesOfRayMetricsAreCentralDifferences) {
       for (int axis = 0; axis < 2; ++axis) {
         constexpr double kStep = 1e-3;  // px
         const Vec2<double> h = kStep * Vec2<double>::Unit(axis), at(3, -2);
-        const Vec2<double> expected = (f.residual(metric, f.scene.truth, f.corner(at + h)).e -
-                                       f.residual(metric, f.scene.truth, f.corner(at - h)).e) /
-                                      (2 * kStep);
+        const Vec2<double> expected =
+            (f.residual(metric, f.scene.truth, f.corner(at + h)).e - f.residual(metric, f.scene.truth, f.corner(at - h)).e) /
+            (2 * kStep);
         EXPECT_LT((e_pixel.col(axis) - expected).norm(), 1e-6 * expected.norm()) << static_cast<int>(metric);
       }
     }
@@ -123,8 +123,7 @@ TEST(CornerResidual, ReprojectionDerivativeIsTheInverseMapOfTheBottomsDerivative
   const View<double>& view = f.scene.views[0];
   Trace<double> trace;
   Mat2<double> b_xy, pixel_xy, xy_b;
-  const auto xy =
-      see_through(view, f.scene.model, f.scene.truth, f.media, f.point, *view.normalised(f.point), trace, b_xy);
+  const auto xy = see_through(view, f.scene.model, f.scene.truth, f.media, f.point, *view.normalised(f.point), trace, b_xy);
   ASSERT_TRUE(xy.ok());
   (void)view.camera.pixel(*xy, &pixel_xy);
   ASSERT_TRUE(invert(b_xy, xy_b));
@@ -137,8 +136,7 @@ TEST(CornerResidual, DisparityIsTheBottomPointsDistance) {
     const Fixture f(floor);
     const auto corner = f.corner({3, -2});
     Trace<double> out;
-    ASSERT_TRUE(
-        trace(f.scene.views[0].ray(corner.normalised), f.scene.model, f.scene.truth, f.media, 0.0, false, out).ok());
+    ASSERT_TRUE(trace(f.scene.views[0].ray(corner.normalised), f.scene.model, f.scene.truth, f.media, 0.0, false, out).ok());
     const Vec2<double> expected = out.bottom - f.point.head<2>();
     EXPECT_LT((f.residual(Metric::kDisparity, f.scene.truth, corner).e - expected).norm(), 1e-9);
   }
@@ -166,9 +164,8 @@ TEST(CornerResidual, RefusesSurfacesThatTheRayCannotPass) {
       CornerResidual<double> out;
       const Coefficients<double> a = fakes::level(12, level);
       Basis<double>* const no_basis = nullptr;
-      const bool exists = metric == Metric::kReprojection
-                              ? reprojection_residual(f.optics, a, corner, no_basis, out)
-                              : ray_residual(metric, f.optics, a, corner, no_basis, out);
+      const bool exists = metric == Metric::kReprojection ? reprojection_residual(f.optics, a, corner, no_basis, out)
+                                                          : ray_residual(metric, f.optics, a, corner, no_basis, out);
       EXPECT_FALSE(exists) << static_cast<int>(metric) << " at " << level;
     }
 }

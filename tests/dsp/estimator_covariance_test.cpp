@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Stated uncertainty against scatter: many draws of corner noise, one true surface.
 #include <gtest/gtest.h>
 
@@ -39,8 +40,7 @@ class MonteCarlo : public testing::TestWithParam<std::tuple<Metric, int, int, bo
       for (std::size_t view = 0; view < exact.size(); ++view)
         for (std::size_t i = 0; i < exact[view].size(); ++i) {
           Observation<S>& corner = fit.seen[view][i];
-          for (int axis = 0; axis < 2; ++axis)
-            corner.pixel[axis] = exact[view][i].pixel[axis] + static_cast<S>(normal(random));
+          for (int axis = 0; axis < 2; ++axis) corner.pixel[axis] = exact[view][i].pixel[axis] + static_cast<S>(normal(random));
           corner.sigma = static_cast<S>(kCornerNoise);
           corner.normalised = fit.views[view].camera.undistort(corner.pixel).value();
         }
@@ -91,8 +91,8 @@ std::string scatter_name(const testing::TestParamInfo<std::tuple<Metric, int, in
 }
 
 INSTANTIATE_TEST_SUITE_P(Estimator, MonteCarlo,
-                         testing::Combine(testing::ValuesIn(kMetrics), testing::Values(5, 12),
-                                          testing::Values(1, 2), testing::Values(false)),
+                         testing::Combine(testing::ValuesIn(kMetrics), testing::Values(5, 12), testing::Values(1, 2),
+                                          testing::Values(false)),
                          scatter_name);
 INSTANTIATE_TEST_SUITE_P(EstimatorInFloat, MonteCarlo,
                          testing::Combine(testing::ValuesIn(kMetrics), testing::Values(8), testing::Values(1),

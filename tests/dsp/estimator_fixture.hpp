@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A synthetic scene as an estimator of scalar S takes it.
 #pragma once
 
@@ -19,8 +20,7 @@ struct Fit {
   std::vector<View<S>> views{};
   std::deque<std::vector<Observation<S>>> seen{};
 
-  Fit(fakes::Scene the_scene, EstimatorOptions the_options)
-      : scene(std::move(the_scene)), options(std::move(the_options)) {
+  Fit(fakes::Scene the_scene, EstimatorOptions the_options) : scene(std::move(the_scene)), options(std::move(the_options)) {
     for (const auto& view : scene.views) views.push_back(view.template cast<S>());
   }
 

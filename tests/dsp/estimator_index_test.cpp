@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The index of water as one more unknown.
 #include <gtest/gtest.h>
 
@@ -122,8 +123,7 @@ TEST_P(FreeIndexExact, GivesTheIndexAndTheSurface) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Estimator, FreeIndexExact,
-                         testing::Combine(testing::Values(3, 5, 8, 12), testing::Values(2, 3)));
+INSTANTIATE_TEST_SUITE_P(Estimator, FreeIndexExact, testing::Combine(testing::Values(3, 5, 8, 12), testing::Values(2, 3)));
 
 TEST(FreeIndex, IsFoundBesideTwentyFourModesAndUnderPlates) {
   std::vector<Mode> modes;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -129,13 +130,12 @@ std::string robust_name(const testing::TestParamInfo<std::tuple<Metric, Loss, do
 
 INSTANTIATE_TEST_SUITE_P(SlowEstimator, RobustMonteCarlo,
                          testing::Combine(testing::Values(Metric::kReprojection, Metric::kDisparity),
-                                          testing::Values(Loss::kHuber, Loss::kTukey),
-                                          testing::Values(0.0, 0.05), testing::Values(false)),
+                                          testing::Values(Loss::kHuber, Loss::kTukey), testing::Values(0.0, 0.05),
+                                          testing::Values(false)),
                          robust_name);
 INSTANTIATE_TEST_SUITE_P(SlowEstimatorInFloat, RobustMonteCarlo,
-                         testing::Combine(testing::Values(Metric::kReprojection),
-                                          testing::Values(Loss::kTukey), testing::Values(0.0, 0.05),
-                                          testing::Values(true)),
+                         testing::Combine(testing::Values(Metric::kReprojection), testing::Values(Loss::kTukey),
+                                          testing::Values(0.0, 0.05), testing::Values(true)),
                          robust_name);
 
 TEST(EstimatorLoss, GrossCornersCostLittleWithTukeyAndMuchWithout) {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The estimator against the bound of optics (19): 4000 draws of corner noise for each size of model and number of cameras.
 #include <gtest/gtest.h>
 
@@ -28,8 +29,7 @@ InformationMatrix<double> bound_covariance(const fakes::Scene& scene) {
         moved.truth[k] += kStep;
         const Vec2<double> above = scene.views[view].camera.pixel(moved.seen(view, point));
         moved.truth[k] -= 2 * kStep;
-        j.col(k) =
-            (above - scene.views[view].camera.pixel(moved.seen(view, point))) / (2 * kStep * kCornerNoise);
+        j.col(k) = (above - scene.views[view].camera.pixel(moved.seen(view, point))) / (2 * kStep * kCornerNoise);
       }
       information += j.transpose().lazyProduct(j);
     }
@@ -99,13 +99,14 @@ class SlowBound : public testing::TestWithParam<std::tuple<int, int>> {
     // p times an F distribution with p and the spare residuals' degrees of freedom; 3.29 deviations hold 99.9 %.
     const double p = parameters, spare = 462.0 * cameras - p;
     const double expected = p * spare / (spare - 2);
-    const double deviation = p * std::sqrt(2 * spare * spare * (p + spare - 2) /
-                                           (p * (spare - 2) * (spare - 2) * (spare - 4)) / kBoundDraws);
+    const double deviation =
+        p * std::sqrt(2 * spare * spare * (p + spare - 2) / (p * (spare - 2) * (spare - 2) * (spare - 4)) / kBoundDraws);
     EXPECT_NEAR(nees, expected, 3.29 * deviation);
-    std::printf("%2d parameters, %d cameras, %s: surface %.5f mm rms, %.4f of the bound; scatter/stated %.3f to %.3f; "
-                "nees %.3f, expected %.3f +- %.3f\n",
-                parameters, cameras, sizeof(S) == sizeof(float) ? "float" : "double", std::sqrt(surface), of_bound,
-                least, most, nees, expected, 3.29 * deviation);
+    std::printf(
+        "%2d parameters, %d cameras, %s: surface %.5f mm rms, %.4f of the bound; scatter/stated %.3f to %.3f; "
+        "nees %.3f, expected %.3f +- %.3f\n",
+        parameters, cameras, sizeof(S) == sizeof(float) ? "float" : "double", std::sqrt(surface), of_bound, least, most, nees,
+        expected, 3.29 * deviation);
   }
 };
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dsp/estimate/estimator.hpp"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dsp/estimate/fixed_residual.hpp"
 
 #include <gtest/gtest.h>
@@ -82,9 +83,7 @@ struct Geometry {
 };
 
 Geometry random_geometry(std::mt19937_64& random) {
-  const auto between = [&](double least, double most) {
-    return std::uniform_real_distribution<double>(least, most)(random);
-  };
+  const auto between = [&](double least, double most) { return std::uniform_real_distribution<double>(least, most)(random); };
   Geometry out;
   out.lx = between(200, 2000);
   out.ly = between(200, 2000);
@@ -107,9 +106,8 @@ Geometry random_geometry(std::mt19937_64& random) {
   for (int j = 1; j < count; ++j) {
     out.a[j] = between(-1, 1);
     const Mode& mode = out.model.modes[j];
-    const double steep = mode.kind == Mode::Kind::kCosine
-                             ? fakes::kPi * std::hypot(mode.m / out.lx, mode.n / out.ly)
-                             : 1 / std::min(out.lx, out.ly);
+    const double steep = mode.kind == Mode::Kind::kCosine ? fakes::kPi * std::hypot(mode.m / out.lx, mode.n / out.ly)
+                                                          : 1 / std::min(out.lx, out.ly);
     slope += std::abs(out.a[j]) * steep;
     bend += std::abs(out.a[j]);
   }
@@ -121,10 +119,10 @@ Geometry random_geometry(std::mt19937_64& random) {
   for (std::size_t i = 0; i < 2; ++i) out.media.layers[i] = {between(1, 0.15 * depth), between(1.4, 1.6)};
   const Vec3<double> target(between(0, out.lx), between(0, out.ly), 0);
   const double azimuth = between(0, 2 * fakes::kPi), tilt = between(0, 0.75), off = between(300, 2000) + depth;
-  out.view = fakes::look_at(fakes::flume_camera(),
-                            target + off * Vec3<double>(std::sin(tilt) * std::cos(azimuth),
-                                                        std::sin(tilt) * std::sin(azimuth), std::cos(tilt)),
-                            target);
+  out.view = fakes::look_at(
+      fakes::flume_camera(),
+      target + off * Vec3<double>(std::sin(tilt) * std::cos(azimuth), std::sin(tilt) * std::sin(azimuth), std::cos(tilt)),
+      target);
   return out;
 }
 

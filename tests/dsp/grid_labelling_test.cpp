@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dsp/frontend/grid_labelling.hpp"
 
 #include <gtest/gtest.h>
@@ -29,8 +30,9 @@ struct SyntheticBoard {
     for (int r = 0; r < rows; ++r)
       for (int c = 0; c < columns; ++c) cells.emplace_back(r, c);
     std::shuffle(cells.begin(), cells.end(), random);
-    for (const auto& [r, c] : cells) corners.push_back(corner(project(r, c), project(r, c + 0.1) - project(r, c - 0.1),
-                                                              project(r + 0.1, c) - project(r - 0.1, c), (r + c) % 2 != 0));
+    for (const auto& [r, c] : cells)
+      corners.push_back(corner(project(r, c), project(r, c + 0.1) - project(r, c - 0.1),
+                               project(r + 0.1, c) - project(r - 0.1, c), (r + c) % 2 != 0));
   }
   // bright: below and right of the corner.
   static CornerFit corner(const Eigen::Vector2d& at, const Eigen::Vector2d& right, const Eigen::Vector2d& down, bool bright) {
@@ -102,8 +104,8 @@ TEST(GridLabelling, FalseCornersDoNotJoin) {
   std::uniform_real_distribution<double> angle(0, 6.28);
   for (int k = 0; k < 12; ++k) {
     const double a = angle(random);
-    board.corners.push_back(SyntheticBoard::corner({20.0 + 100 * k, 20}, {std::cos(a), std::sin(a)},
-                                                   {-std::sin(a), std::cos(a)}, k % 2 == 0));
+    board.corners.push_back(
+        SyntheticBoard::corner({20.0 + 100 * k, 20}, {std::cos(a), std::sin(a)}, {-std::sin(a), std::cos(a)}, k % 2 == 0));
   }
   GridLabeller labeller(1000);
   const auto grid = labeller.label(board.corners);

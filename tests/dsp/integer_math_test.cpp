@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dsp/core/integer_math.hpp"
 
 #include <gtest/gtest.h>
@@ -44,7 +45,9 @@ System random_system(std::mt19937& random, double dependence) {
   for (int j = 0; j < 8; ++j) {
     const double size = std::ldexp(1.0, 4 + static_cast<int>(random() % 8));
     for (int i = 0; i < 121; ++i)
-      system.columns(i, j) = std::round(size * (normal(random) + (j > 0 ? dependence * system.columns(i, j - 1) / system.columns.col(j - 1).norm() * 11 : 0)));
+      system.columns(i, j) =
+          std::round(size * (normal(random) +
+                             (j > 0 ? dependence * system.columns(i, j - 1) / system.columns.col(j - 1).norm() * 11 : 0)));
   }
   for (int i = 0; i < 8; ++i)
     for (int j = i; j < 8; ++j)

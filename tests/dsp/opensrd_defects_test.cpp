@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where the method's first program went wrong, and this one must not.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dsp/estimate/pattern_estimator.hpp"
 
 #include <gtest/gtest.h>
@@ -60,8 +61,8 @@ class Flume {
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (seen[i].x() < region_.u0 || seen[i].x() >= region_.u1 || seen[i].y() < region_.v0 || seen[i].y() >= region_.v1)
         continue;
-      const double e = scene_.surface.height(a, points[i].x(), points[i].y()) -
-                       scene_.surface.height(truth, points[i].x(), points[i].y());
+      const double e =
+          scene_.surface.height(a, points[i].x(), points[i].y()) - scene_.surface.height(truth, points[i].x(), points[i].y());
       sum += e * e;
       ++n;
     }
@@ -122,9 +123,7 @@ TEST(BlurredChecker, DerivativesAreCentralDifferences) {
     const double x = place(random), y = place(random), blur = trial % 2 == 0 ? 1.0 : 4.5, h = 1e-5;
     const BlurFootprint foot{20, 17, slant(random)};
     const CheckerSample at = blurred_checker(x, y, foot, blur);
-    const auto shape = [&](double dx, double dy, double db) {
-      return blurred_checker(x + dx, y + dy, foot, blur + db).shape;
-    };
+    const auto shape = [&](double dx, double dy, double db) { return blurred_checker(x + dx, y + dy, foot, blur + db).shape; };
     EXPECT_NEAR(at.by_x, (shape(h, 0, 0) - shape(-h, 0, 0)) / (2 * h), 2e-4);
     EXPECT_NEAR(at.by_y, (shape(0, h, 0) - shape(0, -h, 0)) / (2 * h), 2e-4);
     EXPECT_NEAR(at.by_blur, (shape(0, 0, h) - shape(0, 0, -h)) / (2 * h), 2e-4);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dsp/optics/refraction.hpp"
 
 #include <gtest/gtest.h>
@@ -18,9 +19,7 @@ Media<double> water_over(std::vector<Layer<double>> plates) {
   return media;
 }
 
-std::vector<Media<double>> dry_and_plated_floors() {
-  return {water_over({}), water_over({{6, 1.52}, {10, 1.49}})};
-}
+std::vector<Media<double>> dry_and_plated_floors() { return {water_over({}), water_over({{6, 1.52}, {10, 1.49}})}; }
 
 Ray<double> slanted_ray() { return {{260, 90, 860}, Vec3<double>(-0.3, 0.22, -1).normalized()}; }
 
@@ -61,8 +60,7 @@ TEST(Trace, ObeysSnellsLawAtATiltedSurface) {
     return Vec3<double>(a.y() * b.z() - a.z() * b.y(), a.z() * b.x() - a.x() * b.z(), a.x() * b.y() - a.y() * b.x());
   };
   // n_air d x n = n_water v x n: angle and plane of refraction at once.
-  EXPECT_LT((cross_product(ray.direction, at.normal) - 1.333 * cross_product(at.water_direction, at.normal)).norm(),
-            1e-14);
+  EXPECT_LT((cross_product(ray.direction, at.normal) - 1.333 * cross_product(at.water_direction, at.normal)).norm(), 1e-14);
   EXPECT_NEAR(at.water_direction.norm(), 1, 1e-14);
   EXPECT_NEAR(at.surface_point.z(), model.height(fakes::wavy(12), at.surface_point.x(), at.surface_point.y()), 1e-10);
 }
@@ -103,8 +101,7 @@ TEST(Trace, DirectionDerivativeIsTheCentralDifference) {
       constexpr double kStep = 1e-6;
       Trace<double> one, other;
       ASSERT_TRUE(trace({ray.origin, (ray.direction + kStep * turn).normalized()}, model, a, media, 0.0, false, one).ok());
-      ASSERT_TRUE(
-          trace({ray.origin, (ray.direction - kStep * turn).normalized()}, model, a, media, 0.0, false, other).ok());
+      ASSERT_TRUE(trace({ray.origin, (ray.direction - kStep * turn).normalized()}, model, a, media, 0.0, false, other).ok());
       const Vec2<double> expected = (one.bottom - other.bottom) / (2 * kStep);
       EXPECT_LT((at.d_direction * turn - expected).norm(), 1e-4) << media.n_layers << " plates";  // of about 1e3 mm
     }
@@ -119,8 +116,7 @@ TEST(Trace, SaysWhenTheRayNeverGetsThere) {
   EXPECT_EQ(trace(up, model, fakes::level(1, 80), Media<double>{}, 0.0, false, out).error(), Errc::kOutOfDomain);
   EXPECT_EQ(trace(down, model, fakes::level(1, -5), Media<double>{}, 0.0, false, out).error(), Errc::kOutOfDomain);
   EXPECT_EQ(trace(down, model, fakes::level(1, 600), Media<double>{}, 0.0, false, out).error(), Errc::kOutOfDomain);
-  EXPECT_EQ(trace(down, model, fakes::level(1, 5), water_over({{6, 1.5}}), 0.0, false, out).error(),
-            Errc::kOutOfDomain);
+  EXPECT_EQ(trace(down, model, fakes::level(1, 5), water_over({{6, 1.5}}), 0.0, false, out).error(), Errc::kOutOfDomain);
   // Into a thinner medium at a flat angle: totally reflected.
   Media<double> thin;
   thin.water = 0.8;

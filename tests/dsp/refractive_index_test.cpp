@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dsp/optics/refractive_index.hpp"
 
 #include <gtest/gtest.h>

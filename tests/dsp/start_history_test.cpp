@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dsp/estimate/start_history.hpp"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dsp/optics/surface_model.hpp"
 
 #include <gtest/gtest.h>
@@ -23,10 +24,10 @@ TEST(SurfaceModel, HeightIsTheSumOfItsModes) {
   const SurfaceModel<double> model = model_of(ModeList::standard(12).value());
   const auto a = fakes::wavy(12);
   const double x = 55, y = 310, u = fakes::kPi * (x - 12) / 240, v = fakes::kPi * (y + 7) / 440;
-  const double expected = a[0] + a[1] * (x - 12) / 240 + a[2] * (y + 7) / 440 + a[3] * std::cos(u) +
-                          a[4] * std::cos(v) + a[5] * std::cos(2 * u) + a[6] * std::cos(2 * v) +
-                          a[7] * std::cos(u) * std::cos(v) + a[8] * std::cos(3 * u) + a[9] * std::cos(3 * v) +
-                          a[10] * std::cos(2 * u) * std::cos(v) + a[11] * std::cos(u) * std::cos(2 * v);
+  const double expected = a[0] + a[1] * (x - 12) / 240 + a[2] * (y + 7) / 440 + a[3] * std::cos(u) + a[4] * std::cos(v) +
+                          a[5] * std::cos(2 * u) + a[6] * std::cos(2 * v) + a[7] * std::cos(u) * std::cos(v) +
+                          a[8] * std::cos(3 * u) + a[9] * std::cos(3 * v) + a[10] * std::cos(2 * u) * std::cos(v) +
+                          a[11] * std::cos(u) * std::cos(2 * v);
   EXPECT_NEAR(model.height(a, x, y), expected, 1e-12);
 }
 
@@ -94,8 +95,8 @@ TEST(ModeList, RefusesWhatIsNoModel) {
   EXPECT_EQ(refused({Mode{Mode::Kind::kCosine, 10, 0}}), Errc::kInvalidArgument);
   EXPECT_EQ(refused({Mode{Mode::Kind::kSlopeX, 1, 0}}), Errc::kInvalidArgument);
   std::vector<Mode> many;
-  for (int i = 0; i < 25; ++i) many.push_back({Mode::Kind::kCosine, static_cast<std::uint8_t>(i / 10),
-                                               static_cast<std::uint8_t>(i % 10)});
+  for (int i = 0; i < 25; ++i)
+    many.push_back({Mode::Kind::kCosine, static_cast<std::uint8_t>(i / 10), static_cast<std::uint8_t>(i % 10)});
   EXPECT_EQ(refused(many), Errc::kTooSmall);
   many.pop_back();
   EXPECT_TRUE(ModeList::make(many).ok());

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dsp/pipeline/surface_tracker.hpp"
 
 #include <gtest/gtest.h>
@@ -318,9 +319,8 @@ TEST(SurfaceTracker, TwoCamerasMeasureOneSurface) {
   right.pose = look_at({420, 150, 900}, {110, 200, 0}, 3.1).value();
   right.seed = 2;
   Flume a(left), b(right);
-  const std::array<CameraSetup<double>, 2> setups{
-      CameraSetup<double>{left.view(), left.width(), left.height(), {}},
-      CameraSetup<double>{right.view(), right.width(), right.height(), {}}};
+  const std::array<CameraSetup<double>, 2> setups{CameraSetup<double>{left.view(), left.width(), left.height(), {}},
+                                                  CameraSetup<double>{right.view(), right.width(), right.height(), {}}};
   Coefficients<double> guess = Coefficients<double>::Zero(5);
   guess[0] = 80;
   const auto points = left.points();

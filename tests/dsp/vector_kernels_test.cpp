@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every vector unit that this machine has gives what the scalar definition gives, bit for bit.
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
@@ -93,7 +94,8 @@ TEST_P(VectorKernels, RowMaximaEqualTheDefinition) {
     const int levels = 2 + static_cast<int>(random() % 40);  // few: many equal neighbours
     std::vector<std::int16_t> rows[3];
     for (auto& row : rows)
-      for (int i = 0; i < n; ++i) row.push_back(static_cast<std::int16_t>(static_cast<int>(random() % 4000) / levels * levels - 2000));
+      for (int i = 0; i < n; ++i)
+        row.push_back(static_cast<std::int16_t>(static_cast<int>(random() % 4000) / levels * levels - 2000));
     const auto threshold = static_cast<std::int16_t>(static_cast<int>(random() % 3000) - 1500);
     std::vector<std::int32_t> expected(static_cast<std::size_t>(n / 2 + 2), -1), got = expected;
     const int count = scalar::row_maxima(rows[0].data(), rows[1].data(), rows[2].data(), n, threshold, expected.data());
@@ -115,7 +117,8 @@ TEST_P(VectorKernels, ResponseWindowAndItsPeakEqualTheDefinition) {
     auto pixels = random_pixels(random, static_cast<std::size_t>(width * height));
     if (k % 2 == 0)  // squares, so that there are real corners
       for (int i = 0; i < width * height; ++i)
-        pixels[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(((i % width / 13 + i / width / 13) % 2) * 200 + random() % 8);
+        pixels[static_cast<std::size_t>(i)] =
+            static_cast<std::uint8_t>(((i % width / 13 + i / width / 13) % 2) * 200 + random() % 8);
     const GrayView image{pixels.data(), width, height, width};
     const int u0 = options.radius + static_cast<int>(random() % static_cast<unsigned>(width - least + 1));
     const int v0 = options.radius + static_cast<int>(random() % static_cast<unsigned>(height - least + 1));
@@ -137,7 +140,9 @@ TEST_P(VectorKernels, ResponseWindowAndItsPeakEqualTheDefinition) {
 
 TEST_P(VectorKernels, CornerSumsEqualTheDefinition) {
   std::mt19937 random(3);
-  const auto number = [&](int limit) { return static_cast<std::int16_t>(static_cast<int>(random() % (2u * static_cast<unsigned>(limit) + 1)) - limit); };
+  const auto number = [&](int limit) {
+    return static_cast<std::int16_t>(static_cast<int>(random() % (2u * static_cast<unsigned>(limit) + 1)) - limit);
+  };
   for (int k = 0; k < 800; ++k) {
     const CornerWindow& window = corner_window(kLeastHalfWindow + k % (kMostHalfWindow - kLeastHalfWindow + 1));
     auto pixels = random_pixels(random, CornerWindow::kRoom);
@@ -147,7 +152,8 @@ TEST_P(VectorKernels, CornerSumsEqualTheDefinition) {
     // Blur down to the pixel's own, the corner up to 7 px off the window's centre.
     const auto across = [&](CornerModel::Line& line) {
       const double angle = static_cast<double>(random() % 6283) / 1000, size = static_cast<double>(random() % 3548);
-      line = {static_cast<std::int16_t>(size * std::cos(angle)), static_cast<std::int16_t>(size * std::sin(angle)), number(20000)};
+      line = {static_cast<std::int16_t>(size * std::cos(angle)), static_cast<std::int16_t>(size * std::sin(angle)),
+              number(20000)};
     };
     const auto shape = [&] { return static_cast<std::uint8_t>(random() % EdgeProfile::kShapes); };
     for (std::size_t edge = 0; edge < 2; ++edge) {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Counts what a thread takes from the heap: arm, run, read. The definitions are in allocation_gauge.cpp, which replaces
 // malloc and its kin for the whole program; under a sanitizer, which has its own, works() is false.
 #pragma once

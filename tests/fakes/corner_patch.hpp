@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A checkerboard corner as a camera sees it: the mean of a two-dimensional square wave over the lens's normal distribution (exact
 // for straight edges: integrated along one normal with the error function along the other), averaged over each pixel's area;
 // then, where the camera sharpens, an unsharp mask; then noise and rounding.
@@ -14,15 +15,15 @@
 namespace srd::fakes {
 
 struct CornerPatch {
-  double u = 20, v = 20;        // px, the corner
-  double angle = 0.3;           // rad, of the first edge's normal
-  double skew = 0;              // rad, off a right angle between the normals
-  double blur = 0.9;            // px, of the lens, >= 0; the pixel's area adds 1/12 to its square
+  double u = 20, v = 20;              // px, the corner
+  double angle = 0.3;                 // rad, of the first edge's normal
+  double skew = 0;                    // rad, off a right angle between the normals
+  double blur = 0.9;                  // px, of the lens, >= 0; the pixel's area adds 1/12 to its square
   double mean = 128, contrast = 100;  // half sum and half difference of bright and dark, grey levels
-  double noise = 0;             // grey levels
-  double square = 1e9;          // px to the next parallel edge
-  int size = 41;                // px
-  double sharpening = 0;        // amount of an unsharp mask; its radius: standard deviation of its Gaussian, px
+  double noise = 0;                   // grey levels
+  double square = 1e9;                // px to the next parallel edge
+  int size = 41;                      // px
+  double sharpening = 0;              // amount of an unsharp mask; its radius: standard deviation of its Gaussian, px
   double sharpening_radius = 1;
   bool noise_before_sharpening = false;  // as a sensor's is; else all of the noise is what the image's last step adds
 };

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What live cameras made for a test have in common: a size, and buffers that nobody has to give back.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An output line that remembers when it was switched. The test's face: edges(), on(), pulses().
 #pragma once
 

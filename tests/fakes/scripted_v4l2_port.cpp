@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/fakes/scripted_v4l2_port.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A video device made of numbers, behind the port of the V4L2 driver: what it offers, what it does wrong and when.
 // Its clock moves only while the driver waits.
 #pragma once
@@ -42,7 +43,7 @@ struct ScriptedV4l2Device {
   int most_buffers = 32;
   std::map<unsigned long, int> errors;  // errno that a request answers with
   int open_error = 0;
-  std::uint32_t first_sequence = 0;     // after each start of the stream
+  std::uint32_t first_sequence = 0;  // after each start of the stream
 
   // Faults of the stream, by the count of frames since the device was made (the first one is 0).
   std::set<std::uint64_t> damaged, truncated;
@@ -55,7 +56,7 @@ struct ScriptedV4l2Device {
 
   // State.
   std::int64_t now_ns = 5'000'000'000;
-  std::uint64_t frames = 0;       // made since the beginning
+  std::uint64_t frames = 0;  // made since the beginning
   int opened = 0;
 
   [[nodiscard]] static std::uint8_t pixel(std::uint64_t frame, int u, int v) {
@@ -93,7 +94,7 @@ class ScriptedV4l2Port final : public V4l2Port {
 
   ScriptedV4l2Device& device_;
   bool open_ = false, streaming_ = false, broken_ = false, still_ = false;
-  std::int64_t back_ns_ = 0;  // when a device that went away is there again
+  std::int64_t back_ns_ = 0;                // when a device that went away is there again
   const ScriptedFormat* format_ = nullptr;  // of the device's list
   int rate_hz_ = 30;
   std::vector<Buffer> buffers_;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A camera's frames as a strobe sees them: when each was truly exposed, and when which stamp arrived. Seeded.
 #pragma once
 
@@ -10,18 +11,18 @@ namespace srd::fakes {
 
 struct SensorFrame {
   std::uint64_t sequence = 0;
-  double truth_ns = 0;          // its stamp, without jitter
+  double truth_ns = 0;  // its stamp, without jitter
   std::int64_t stamp_ns = 0;
   std::int64_t arrival_ns = 0;  // when the stamp is at the board
   bool delivered = true;        // false: dropped on the way; its number is a gap
 };
 
 struct SensorHabits {
-  double period_ns = 20e6;     // true, by the board's clock
-  double jitter_ns = 0;        // of a stamp, one standard deviation, white
-  double drop_share = 0;       // of frames
-  double delay_ns = 1e6;       // from stamp to arrival
-  double outlier_share = 0;    // of stamps, that are late by up to a third of a period
+  double period_ns = 20e6;   // true, by the board's clock
+  double jitter_ns = 0;      // of a stamp, one standard deviation, white
+  double drop_share = 0;     // of frames
+  double delay_ns = 1e6;     // from stamp to arrival
+  double outlier_share = 0;  // of stamps, that are late by up to a third of a period
 };
 
 class SimulatedSensor {
@@ -67,8 +68,7 @@ class SimulatedSensor {
 // drivers/strobe/phase_lock.hpp.
 [[nodiscard]] inline double phase_lock_spread(double k) {
   const double a = 1.0 / 8, b = 1.0 / 256;
-  return std::sqrt((2 * a * a + b * (2 - 3 * a) + 2 * k * b * (2 * a - b) + 2 * k * k * b * b) /
-                   (a * (4 - 2 * a - b)));
+  return std::sqrt((2 * a * a + b * (2 - 3 * a) + 2 * k * b * (2 * a - b) + 2 * k * k * b * b) / (a * (4 - 2 * a - b)));
 }
 
 }  // namespace srd::fakes

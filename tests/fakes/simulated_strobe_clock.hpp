@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Simulated time: it passes by being slept, with a lateness, and a little whenever it is read. Seeded.
 #pragma once
 
@@ -11,8 +12,8 @@
 namespace srd::fakes {
 
 struct SleepHabits {
-  double late_ns = 10e3;        // mean of an exponential
-  double delayed_share = 0;     // of sleeps, that end up to delayed_ns late
+  double late_ns = 10e3;     // mean of an exponential
+  double delayed_share = 0;  // of sleeps, that end up to delayed_ns late
   double delayed_ns = 0;
 };
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Scenes with known truth: views round a tank, a pattern on its bottom, a surface, and the pixels that follow exactly.
 #pragma once
 
@@ -139,8 +140,8 @@ inline Scene flume_scene(int parameters, int cameras) {
   for (int i = 0; i < cameras; ++i) {
     const double azimuth = kPi * (20 + 120 * i) / 180, off = 950, tilt = 25 * kPi / 180;
     const Vec3<double> target(100, 200, 0);
-    const Vec3<double> centre = target + off * Vec3<double>(std::sin(tilt) * std::cos(azimuth),
-                                                            std::sin(tilt) * std::sin(azimuth), std::cos(tilt));
+    const Vec3<double> centre =
+        target + off * Vec3<double>(std::sin(tilt) * std::cos(azimuth), std::sin(tilt) * std::sin(azimuth), std::cos(tilt));
     scene.views.push_back(look_at(flume_camera(), centre, target));
   }
   scene.model.modes = ModeList::standard(parameters).value();

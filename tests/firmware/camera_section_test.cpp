@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "firmware/config/camera_section.hpp"
 
 #include <gtest/gtest.h>
@@ -16,8 +17,8 @@ NodeConfig parsed(const std::string& camera, const std::string& rest = {}) {
 }
 
 const std::string kFolder = fakes::test_data().string() + "/flume-small";
-const std::string kGeometry = "[geometry]\ncalibration = \"" + kFolder + "/calibration.yml\"\npose = \"" +
-                              kFolder + "/pose.yml\"\npoints = \"" + kFolder + "/points.txt\"\n";
+const std::string kGeometry = "[geometry]\ncalibration = \"" + kFolder + "/calibration.yml\"\npose = \"" + kFolder +
+                              "/pose.yml\"\npoints = \"" + kFolder + "/points.txt\"\n";
 
 TEST(CameraSection, HasDefaultsThatChangeNothingOfTheCamera) {
   const NodeConfig config = parsed("source = \"v4l2:/dev/video0\"\n");
@@ -36,8 +37,10 @@ TEST(CameraSection, HasDefaultsThatChangeNothingOfTheCamera) {
 
 TEST(CameraSection, ReadsEveryKey) {
   const NodeConfig config = parsed(
-      "source = \"libcamera:imx296\"\nframe_rate_hz = 60\nformat = \"Y10\"\nwidth_px = 640\nheight_px = 320\nexposure_us = 1500\n"
-      "gain = 2.5\nsharpness = 0.5\nfocus = 3.25\nbuffers = 8\nshutter = \"rolling\"\nreadout_us = 9000\nstamp = \"exposure-start\"\ntrigger_input = true\n");
+      "source = \"libcamera:imx296\"\nframe_rate_hz = 60\nformat = \"Y10\"\nwidth_px = 640\nheight_px = 320\nexposure_us = "
+      "1500\n"
+      "gain = 2.5\nsharpness = 0.5\nfocus = 3.25\nbuffers = 8\nshutter = \"rolling\"\nreadout_us = 9000\nstamp = "
+      "\"exposure-start\"\ntrigger_input = true\n");
   EXPECT_EQ(config.camera->text(), "libcamera:imx296");
   EXPECT_EQ(config.frame_rate_hz, 60);
   EXPECT_TRUE(config.live.rate_required);
@@ -56,7 +59,8 @@ TEST(CameraSection, ReadsEveryKey) {
 }
 
 TEST(CameraSource, IsWrittenAsItIsRead) {
-  for (const char* text : {"libcamera", "libcamera:/base/soc/i2c0mux/imx296@1a", "v4l2:/dev/v4l/by-id/usb-1", "recording:a:b", "simulator:7"}) {
+  for (const char* text :
+       {"libcamera", "libcamera:/base/soc/i2c0mux/imx296@1a", "v4l2:/dev/v4l/by-id/usb-1", "recording:a:b", "simulator:7"}) {
     const auto source = CameraSource::parse(text);
     ASSERT_TRUE(source.ok()) << text;
     EXPECT_EQ(source->text(), text);
@@ -82,7 +86,8 @@ TEST(CameraFactory, ALiveCameraNeedsItsGeometry) {
 
 TEST(CameraFactory, ListsTheKindsAndTheCamerasThatAreThere) {
   const std::string list = list_cameras();
-  for (const char* part : {"libcamera[:ID]", "v4l2:/dev/videoN", "recording:FOLDER", "simulator[:SEED]", "V4L2 capture devices:\n", "libcamera cameras:\n"})
+  for (const char* part : {"libcamera[:ID]", "v4l2:/dev/videoN", "recording:FOLDER", "simulator[:SEED]",
+                           "V4L2 capture devices:\n", "libcamera cameras:\n"})
     EXPECT_NE(list.find(part), std::string::npos) << part << " in " << list;
 }
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The doctor at a flume that is dark but for the strobe, in real time: camera and lamp of a test.
 #include <gtest/gtest.h>
 
@@ -68,7 +69,11 @@ class DarkFlume final : public fakes::LiveCamera {
     Switch lamp, trigger;
   };
   DarkFlume(int width, int height, std::vector<std::uint8_t> lit, Lines& lines, bool triggered, ClockId clock)
-      : LiveCamera(width, height), lit_(std::move(lit)), dark_(lit_.size(), 2), lines_(lines), triggered_(triggered),
+      : LiveCamera(width, height),
+        lit_(std::move(lit)),
+        dark_(lit_.size(), 2),
+        lines_(lines),
+        triggered_(triggered),
         stamps_(clock) {}
   Outcome<void> start() override {
     next_ns_ = clock_.now_ns();
@@ -116,7 +121,8 @@ class DoctorLight : public ::testing::Test {
   // The findings on the simulator's flume with its light replaced.
   void examine(StrobeMode mode, const char* pattern, ClockId clock = ClockId::kMonotonic) {
     auto config = NodeConfig::parse(
-        "[camera]\nsource = \"simulator\"\nrate = \"max\"\n[surface]\nguess_mm = [80]\nlx_mm = 240\nly_mm = 440\n", "node.toml");
+        "[camera]\nsource = \"simulator\"\nrate = \"max\"\n[surface]\nguess_mm = [80]\nlx_mm = 240\nly_mm = 440\n",
+        "node.toml");
     ASSERT_TRUE(config.ok()) << config.error().text();
     config->frame_rate_hz = kRate;
     StrobeSection& section = config->strobe;
@@ -127,13 +133,12 @@ class DoctorLight : public ::testing::Test {
     auto instrument = make_instrument(*config);
     ASSERT_TRUE(instrument.ok()) << instrument.error().text();
     const bool triggered = mode == StrobeMode::kTrigger;
-    instrument->camera =
-        std::make_unique<DarkFlume>(instrument->width, instrument->height, picture(*instrument->camera), lines_, triggered, clock);
+    instrument->camera = std::make_unique<DarkFlume>(instrument->width, instrument->height, picture(*instrument->camera),
+                                                     lines_, triggered, clock);
     const auto light = [&](const Camera& camera) -> Outcome<std::unique_ptr<Strobe>> {
-      return std::make_unique<Strobe>(section, strobe_timing(section, camera.timing(), kRate), Region{},
-                                      std::make_unique<SwitchedLine>(lines_.lamp),
-                                      triggered ? std::make_unique<SwitchedLine>(lines_.trigger) : nullptr,
-                                      std::make_unique<SystemStrobeClock>());
+      return std::make_unique<Strobe>(
+          section, strobe_timing(section, camera.timing(), kRate), Region{}, std::make_unique<SwitchedLine>(lines_.lamp),
+          triggered ? std::make_unique<SwitchedLine>(lines_.trigger) : nullptr, std::make_unique<SystemStrobeClock>());
     };
     DoctorOptions options;
     options.camera_time = camera_time_;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "firmware/doctor/doctor.hpp"
 
 #include <gtest/gtest.h>
@@ -19,7 +20,8 @@ namespace {
 
 NodeConfig simulated(const std::string& more = {}) {
   auto config = NodeConfig::parse(
-      "[camera]\nsource = \"simulator\"\nrate = \"max\"\n[surface]\nguess_mm = [80]\nlx_mm = 240\nly_mm = 440\n" + more, "node.toml");
+      "[camera]\nsource = \"simulator\"\nrate = \"max\"\n[surface]\nguess_mm = [80]\nlx_mm = 240\nly_mm = 440\n" + more,
+      "node.toml");
   EXPECT_TRUE(config.ok()) << config.error().text();
   return *config;
 }
@@ -66,8 +68,8 @@ TEST(Doctor, FindsNothingWrongWithASimulatedNode) {
   expect(diagnosis, "pattern", Verdict::kOk, "231 of 231 corners");
   EXPECT_NE(about(diagnosis, "disk").found.find("MiB free, writes"), std::string::npos);
   EXPECT_FALSE(std::filesystem::exists(scratch.path() / "new")) << "a look leaves nothing behind";
-  for (const char* subject : {"configuration", "GPIO", "clock", "wake-ups", "priority", "memory", "groups", "network",
-                              "temperature", "throttling"})
+  for (const char* subject :
+       {"configuration", "GPIO", "clock", "wake-ups", "priority", "memory", "groups", "network", "temperature", "throttling"})
     (void)about(diagnosis, subject);
 }
 
@@ -124,7 +126,9 @@ TEST(Doctor, TellsTheTechnicianWhatIsWrongWithTheImage) {
 class SharpeningCamera final : public fakes::LiveCamera {
  public:
   SharpeningCamera(int width, int height) : LiveCamera(width, height), pixels_(static_cast<std::size_t>(width * height), 90) {}
-  std::vector<std::string> image_concerns() const override { return {"sharpness is 3, its least is 0: the camera sharpens edges"}; }
+  std::vector<std::string> image_concerns() const override {
+    return {"sharpness is 3, its least is 0: the camera sharpens edges"};
+  }
   Capture next(CameraFrame& frame, Nanoseconds) noexcept override {
     count_one(faults_.bad_stamps);
     frame = {};
@@ -145,7 +149,8 @@ TEST(Doctor, NamesTheControlThatChangesTheImageAndTimesThatCannotBeTrue) {
   ASSERT_TRUE(instrument.ok());
   instrument->camera = std::make_unique<SharpeningCamera>(instrument->width, instrument->height);
   Diagnosis diagnosis;
-  check_camera(config, *instrument, [&](const Camera& camera) { return open_strobe(config, camera); }, quick(), diagnosis);
+  check_camera(
+      config, *instrument, [&](const Camera& camera) { return open_strobe(config, camera); }, quick(), diagnosis);
   expect(diagnosis, "image", Verdict::kWarn, "sharpness is 3, its least is 0");
   expect(diagnosis, "image", Verdict::kWarn, "turn that control");
   expect(diagnosis, "stamps", Verdict::kWarn, "frames with a time that cannot be true");

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "firmware/loop/frame_loop.hpp"
 
 #include <gtest/gtest.h>
@@ -77,7 +78,8 @@ TEST(FrameLoop, TheDeadlineEndsAFitWithTheBestSurfaceSoFarAndSaysSo) {
     SteppingClock clock;
     clock.step_ns = 1'000'000;
     // Passed at the reading with that number, the frame's start not counted: after one step fewer.
-    auto made = make_instrument(config("deadline_us = " + std::to_string(1000 * readings) + "\n"), [&] { return clock.read(); });
+    auto made =
+        make_instrument(config("deadline_us = " + std::to_string(1000 * readings) + "\n"), [&] { return clock.read(); });
     ASSERT_TRUE(made.ok()) << made.error().text();
     const auto started = made->camera->start();
     ASSERT_TRUE(started.ok());
@@ -133,8 +135,7 @@ TEST(FrameLoop, RecordsSayInWhichMetricTheirErrorsAre) {
   for (const auto& [name, metric] : {std::pair{"reprojection", dsp::Metric::kReprojection},
                                      {"disparity", dsp::Metric::kDisparity},
                                      {"collinearity", dsp::Metric::kCollinearity}}) {
-    auto config =
-        NodeConfig::parse(std::string(kSimulated) + "[estimator]\nmetric = \"" + name + "\"\n", "node.toml");
+    auto config = NodeConfig::parse(std::string(kSimulated) + "[estimator]\nmetric = \"" + name + "\"\n", "node.toml");
     ASSERT_TRUE(config.ok()) << config.error().text();
     config->pace = Pace::kMax;
     auto instrument = make_instrument(*config);

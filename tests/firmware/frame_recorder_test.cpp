@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "firmware/record/frame_recorder.hpp"
 
 #include <gtest/gtest.h>
@@ -75,7 +76,8 @@ TEST(FrameRecorder, AReplayGivesTheSameRecordsBitForBit) {
   constexpr std::uint64_t kFrames = 15;
   Instrument live = instrument_of();
   ASSERT_TRUE(live.camera->start().ok());
-  auto recorder = FrameRecorder::start(section_of(scratch.path() / "rec"), live.rig, live.camera->width(), live.camera->height());
+  auto recorder =
+      FrameRecorder::start(section_of(scratch.path() / "rec"), live.rig, live.camera->width(), live.camera->height());
   ASSERT_TRUE(recorder.ok()) << recorder.error().text();
   const auto records = run(live, kFrames, recorder->get());
   (*recorder)->finish();
@@ -98,7 +100,9 @@ TEST(FrameRecorder, AReplayGivesTheSameRecordsBitForBit) {
     EXPECT_EQ(a.corners_used, b.corners_used);
     EXPECT_EQ(a.mean_error, b.mean_error);
     ASSERT_EQ(a.coefficients.size(), b.coefficients.size());
-    EXPECT_EQ(std::memcmp(a.coefficients.data(), b.coefficients.data(), sizeof(float) * static_cast<std::size_t>(a.coefficients.size())), 0);
+    EXPECT_EQ(std::memcmp(a.coefficients.data(), b.coefficients.data(),
+                          sizeof(float) * static_cast<std::size_t>(a.coefficients.size())),
+              0);
     EXPECT_EQ(a.information, b.information);
   }
 }
@@ -180,7 +184,8 @@ TEST(FrameRecorder, EachStartOfANodeHasAFolderOfItsOwn) {
     ASSERT_TRUE(recorder.ok()) << recorder.error().text();
     folders.push_back((*recorder)->folder());
   }
-  EXPECT_EQ(folders, (std::vector<std::filesystem::path>{scratch.path() / "rec", scratch.path() / "rec-2", scratch.path() / "rec-3"}));
+  EXPECT_EQ(folders,
+            (std::vector<std::filesystem::path>{scratch.path() / "rec", scratch.path() / "rec-2", scratch.path() / "rec-3"}));
   RecordSection exact = section;
   exact.may_count = false;
   EXPECT_FALSE(start(exact).ok());

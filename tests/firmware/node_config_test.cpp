@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "firmware/config/node_config.hpp"
 
 #include <gtest/gtest.h>
@@ -23,8 +24,8 @@ TEST(NodeConfig, FillsInDefaults) {
 }
 
 TEST(NodeConfig, TakesALoss) {
-  for (const auto& [word, loss] : {std::pair{"none", dsp::Loss::kNone}, std::pair{"huber", dsp::Loss::kHuber},
-                                   std::pair{"tukey", dsp::Loss::kTukey}}) {
+  for (const auto& [word, loss] :
+       {std::pair{"none", dsp::Loss::kNone}, std::pair{"huber", dsp::Loss::kHuber}, std::pair{"tukey", dsp::Loss::kTukey}}) {
     const auto config = NodeConfig::parse(std::string(kMinimal) + "[estimator]\nloss = \"" + word + "\"\n", "node.toml");
     ASSERT_TRUE(config.ok()) << config.error().text();
     EXPECT_EQ(config->estimator.loss, loss);
@@ -85,8 +86,7 @@ TEST(NodeConfig, SaysWhatIsWrongWhere) {
     ASSERT_FALSE(config.ok()) << wrong.text;
     EXPECT_EQ(config.error().exit, Exit::kUsage);
     for (const char* part : wrong.said)
-      EXPECT_NE(config.error().text().find(part), std::string::npos)
-          << "no \"" << part << "\" in: " << config.error().text();
+      EXPECT_NE(config.error().text().find(part), std::string::npos) << "no \"" << part << "\" in: " << config.error().text();
   }
 }
 
@@ -98,8 +98,7 @@ TEST(NodeConfig, ListsAllProblemsAtOnce) {
 }
 
 TEST(Instrument, TakesPlaceAndPatternFromARecording) {
-  auto config = NodeConfig::parse(
-      "[surface]\nguess_mm = [80]\nlx_mm = 240\nly_mm = 440\n", "node.toml");
+  auto config = NodeConfig::parse("[surface]\nguess_mm = [80]\nlx_mm = 240\nly_mm = 440\n", "node.toml");
   ASSERT_TRUE(config.ok()) << config.error().text();
   config->camera = CameraSource{"recording", fakes::test_data().string() + "/flume-small"};
   const auto instrument = make_instrument(*config);
@@ -111,7 +110,8 @@ TEST(Instrument, TakesPlaceAndPatternFromARecording) {
 TEST(Instrument, WarnsOfModesThatTheViewCannotSeparate) {
   // A wave of 4 km along X is level over the pattern.
   const auto summary = [](const std::string& surface) {
-    const auto config = NodeConfig::parse("[camera]\nsource = \"simulator\"\n[surface]\nguess_mm = [80]\n" + surface, "node.toml");
+    const auto config =
+        NodeConfig::parse("[camera]\nsource = \"simulator\"\n[surface]\nguess_mm = [80]\n" + surface, "node.toml");
     EXPECT_TRUE(config.ok()) << config.error().text();
     const auto instrument = make_instrument(*config);
     EXPECT_TRUE(instrument.ok()) << instrument.error().text();

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "firmware/node/node.hpp"
 
 #include <gtest/gtest.h>
@@ -14,8 +15,7 @@
 namespace srd::firmware {
 namespace {
 
-constexpr const char* kSimulatedNode =
-    "[camera]\nsource = \"simulator\"\nrate = \"max\"\n[surface]\nguess_mm = [80]\n";
+constexpr const char* kSimulatedNode = "[camera]\nsource = \"simulator\"\nrate = \"max\"\n[surface]\nguess_mm = [80]\n";
 
 Outcome<RunReport> run(const NodeConfig& config, const RunOptions& options, const std::atomic<bool>& stop) {
   auto instrument = make_instrument(config);
@@ -167,8 +167,10 @@ TEST(Node, ARunWithoutASurfaceSaysWhyAndWhatToLookAt) {
   const std::atomic<bool> stop{false};
   const auto report = run_node(*config, *instrument, options, stop);
   ASSERT_TRUE(report.ok()) << report.error().text();
-  EXPECT_NE(report->without_surface.find(" searching; the image has little contrast"), std::string::npos) << report->without_surface;
-  EXPECT_NE(report->text().find("surface   none in any frame: " + report->without_surface), std::string::npos) << report->text();
+  EXPECT_NE(report->without_surface.find(" searching; the image has little contrast"), std::string::npos)
+      << report->without_surface;
+  EXPECT_NE(report->text().find("surface   none in any frame: " + report->without_surface), std::string::npos)
+      << report->text();
   const auto measured = run(*config, options, stop);
   ASSERT_TRUE(measured.ok());
   EXPECT_EQ(measured->without_surface, "");

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "firmware/realtime/realtime.hpp"
 
 #include <gtest/gtest.h>
@@ -22,8 +23,7 @@ int last_priority = 0;
 bool locked_future = false;
 std::vector<int> last_cpus;
 
-constexpr RealtimeCalls kPermitted{[](bool future) { return ++calls_made, locked_future = future, 0; },
-                                   [] { return false; },
+constexpr RealtimeCalls kPermitted{[](bool future) { return ++calls_made, locked_future = future, 0; }, [] { return false; },
                                    [](int priority) { return ++calls_made, last_priority = priority, 0; },
                                    [](std::span<const int> cpus) {
                                      ++calls_made;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "firmware/transmit/sender.hpp"
 
 #include <cmath>
@@ -152,7 +153,7 @@ TEST(Sender, IgnoresStaleForeignAndImpossibleAnswers) {
   other = answer(1, 4, 4);
   other.of.node = *proto::NodeId::make("other");
   give(sender, other, kMillisecond);
-  give(sender, answer(1, 5, 5), kMillisecond);       // of frames that were never sent
+  give(sender, answer(1, 5, 5), kMillisecond);  // of frames that were never sent
   sender.receive(std::vector<std::uint8_t>(100, 3), kMillisecond);
   EXPECT_EQ(sender.unacknowledged(), 4u);
   EXPECT_EQ(sender.counts().ignored, 4u);
@@ -253,8 +254,7 @@ TEST(Sender, DoesNotAllocate) {
   for (std::size_t i = 0; i < 1000; ++i) {
     now += 5 * kMillisecond;
     sender.push(frame);
-    while (!sender.next(now).empty()) {
-    }
+    while (!sender.next(now).empty()) {}
     if (i % 10 == 9) sender.receive(answers[i / 10], now);
   }
   EXPECT_EQ(gauge.count(), 0);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sensor, lock, pulses and labels as one loop in simulated time: images are as bright as the light that fell on them.
 #include <gtest/gtest.h>
 
@@ -14,8 +15,8 @@ constexpr int kSize = 24;
 
 struct LoopSeen {
   int lit = 0, dark = 0, unstrobed = 0;
-  int wrong = 0;               // labels that are not the truth, from the 60th frame on
-  double worst_time_us = 0;    // of a lit frame against the middle of its light
+  int wrong = 0;             // labels that are not the truth, from the 60th frame on
+  double worst_time_us = 0;  // of a lit frame against the middle of its light
 };
 
 // mark_error_ns: how far the truth of what a stamp marks is from what the configuration says.
@@ -28,14 +29,17 @@ LoopSeen run(FrameLabels& labels, const StrobeTiming& timing, const fakes::Simul
   const auto label_arrived = [&] {
     for (; taken < bench.records.size(); ++taken) labels.add(bench.records[taken]);
     const auto& frames = sensor.frames();
-    for (; next < frames.size() && static_cast<double>(frames[next].arrival_ns) + mark_error_ns <= static_cast<double>(bench.clock.time_ns()); ++next) {
+    for (; next < frames.size() &&
+           static_cast<double>(frames[next].arrival_ns) + mark_error_ns <= static_cast<double>(bench.clock.time_ns());
+         ++next) {
       if (!frames[next].delivered) continue;
       const double end = frames[next].truth_ns + static_cast<double>(timing.window_end_ns) + mark_error_ns;
       const double begin = frames[next].truth_ns + static_cast<double>(timing.window_begin_ns) + mark_error_ns;
       double light = 0, middle = 0;
       const auto pulses = bench.line.pulses();
       for (auto pulse = pulses.rbegin(); pulse != pulses.rend() && static_cast<double>(pulse->off_ns) > begin; ++pulse) {
-        light += std::max(0.0, std::min(end, static_cast<double>(pulse->off_ns)) - std::max(begin, static_cast<double>(pulse->on_ns)));
+        light += std::max(
+            0.0, std::min(end, static_cast<double>(pulse->off_ns)) - std::max(begin, static_cast<double>(pulse->on_ns)));
         middle = static_cast<double>(pulse->on_ns + pulse->off_ns) / 2;
       }
       const double share = light / static_cast<double>(timing.pulse_ns);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "firmware/strobe/frame_labels.hpp"
 
 #include <gtest/gtest.h>

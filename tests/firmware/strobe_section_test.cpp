@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "firmware/config/strobe_section.hpp"
 
 #include <gtest/gtest.h>
@@ -72,12 +73,17 @@ TEST(StrobeSection, SaysWhatDoesNotFitWithItsNumbers) {
       {"mode = \"follow\"\nline = 17\nchip = \"\"\n", usual(), {"n.toml:4", "strobe.chip", "line 17"}},
       {"mode = \"follow\"\nline = 17\npattern = \"LXD\"\n", usual(), {"n.toml:4", "strobe.pattern", "LXD"}},
       {"mode = \"follow\"\nline = 17\npattern = \"DD\"\n", usual(), {"strobe.pattern", "at least one L"}},
-      {"mode = \"follow\"\nline = 17\npulse_us = 2500\n", usual(), {"n.toml:4", "strobe.pulse_us", "max_pulse_us, 2000 us", "found 2500 us"}},
-      {"mode = \"follow\"\nline = 17\npulse_us = 2000\nmax_duty = 0.05\n", usual(),
+      {"mode = \"follow\"\nline = 17\npulse_us = 2500\n",
+       usual(),
+       {"n.toml:4", "strobe.pulse_us", "max_pulse_us, 2000 us", "found 2500 us"}},
+      {"mode = \"follow\"\nline = 17\npulse_us = 2000\nmax_duty = 0.05\n",
+       usual(),
        {"n.toml:4", "max_duty, 0.0500", "at most 1000 us", "a duty of 0.1000"}},
-      {"mode = \"follow\"\nline = 17\npulse_us = 1900\njitter_us = 2500\n", usual(),
+      {"mode = \"follow\"\nline = 17\npulse_us = 1900\njitter_us = 2500\n",
+       usual(),
        {"n.toml:4", "strobe.pulse_us + strobe.jitter_us = 1900 + 2500 = 4400 us", "found 4000 us"}},
-      {"mode = \"follow\"\nline = 17\n", rolling,
+      {"mode = \"follow\"\nline = 17\n",
+       rolling,
        {"strobe.pulse_us", "3600 + 500 + 200 = 4300 us", "all rows of a rolling shutter", "found 4000 us"}},
       {"mode = \"follow\"\nline = 17\n", unknown, {"n.toml:2", "camera.exposure_us", "none"}},
       {"mode = \"follow\"\nline = 17\n", fast, {"n.toml:2", "frame's period, 3333 us", "found 4000 us"}},
@@ -91,7 +97,8 @@ TEST(StrobeSection, SaysWhatDoesNotFitWithItsNumbers) {
     const auto strobe = read(wrong.keys, wrong.camera);
     ASSERT_FALSE(strobe.ok()) << wrong.keys;
     EXPECT_EQ(strobe.error().exit, Exit::kUsage);
-    for (const char* words : wrong.said) EXPECT_NE(strobe.error().text().find(words), std::string::npos) << strobe.error().text();
+    for (const char* words : wrong.said)
+      EXPECT_NE(strobe.error().text().find(words), std::string::npos) << strobe.error().text();
   }
 }
 

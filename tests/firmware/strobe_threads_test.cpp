@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The strobe's own thread beside the frame loop's two, in real time: what crosses between them.
 #include <gtest/gtest.h>
 

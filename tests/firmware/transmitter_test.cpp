@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "firmware/transmit/transmitter.hpp"
 
 #include <gtest/gtest.h>
@@ -45,8 +46,8 @@ TEST(Transmitter, SendsToANameOnceItHasAnAddress) {
   auto host = UdpSocket::bind(*Address::parse("127.0.0.1:0", "test"));
   ASSERT_TRUE(host.ok());
   const auto network_up = std::make_shared<std::atomic<bool>>(false);
-  auto started = Transmitter::start(
-      to_a_name([network_up, address = host->local()](std::string_view text, std::string_view) -> Outcome<std::vector<Address>> {
+  auto started = Transmitter::start(to_a_name(
+      [network_up, address = host->local()](std::string_view text, std::string_view) -> Outcome<std::vector<Address>> {
         EXPECT_EQ(text, "flume-pc:47810");
         if (!*network_up) return Problem{Exit::kNetwork, "no name server yet"};
         return std::vector{address};
@@ -63,10 +64,11 @@ TEST(Transmitter, SendsToANameOnceItHasAnAddress) {
 
 TEST(Transmitter, ALookupThatBlocksHoldsUpNeitherRecordsNorTheEnd) {
   std::promise<void> answer;
-  auto started = Transmitter::start(to_a_name([blocked = answer.get_future().share()](auto, auto) -> Outcome<std::vector<Address>> {
-    blocked.wait();
-    return Problem{Exit::kNetwork, "nobody answered"};
-  }));
+  auto started =
+      Transmitter::start(to_a_name([blocked = answer.get_future().share()](auto, auto) -> Outcome<std::vector<Address>> {
+        blocked.wait();
+        return Problem{Exit::kNetwork, "nobody answered"};
+      }));
   ASSERT_TRUE(started.ok()) << started.error().text();
   const proto::CoefficientFrame frame = a_frame_without_a_surface();
   constexpr std::uint64_t kRecords = 300;  // several times what the queue holds

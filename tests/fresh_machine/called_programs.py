@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """The programs that the project's scripts call, collected from the scripts, and which of them this machine has not.
 
 usage: called_programs.py [--missing]   (in the project's folder; needs shfmt)

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """What is found in scripts, and what is not. Run on the fresh system, which has shfmt."""
 import pathlib
 import subprocess

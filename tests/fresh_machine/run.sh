@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # A computer that has nothing but Debian 12: makes a minimal system, installs every packages.txt of the project in it, and finds
 # there every program that the project's scripts call; then configures every preset. The system is kept by the content of the
 # lists and is read-only while it is used. Needs root. Ends with 0 when every check held.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Datagrams to begin with whose check holds, so that the fuzzer reaches what lies behind it.
 #pragma once
 

@@ -1,8 +1,9 @@
+// SPDX-License-Identifier: Apache-2.0
 // The readers of CSV: a table's cells are all within it.
 #include <string>
 
-#include "host/listen/csv_row.hpp"
 #include "drivers/support/csv_table.hpp"
+#include "host/listen/csv_row.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
   const std::string text(reinterpret_cast<const char*>(bytes), size);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the node reads: anything accepted keeps every bound.
 #include <cstdlib>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the host reads: anything accepted keeps every bound.
 #include <cstdlib>
 
@@ -14,9 +15,12 @@ void try_message(std::span<const std::uint8_t> bytes) {
   const auto message = decode_node_datagram(testing::with_check(Direction::kFromNode, bytes));
   if (!message) return;
   if (!valid(message->header)) std::abort();
-  std::visit([](const auto& content) { if (!valid(content)) std::abort(); }, message->content);
-  if (const auto* frame = std::get_if<CoefficientFrame>(&message->content))
-    (void)standard_deviations(frame->information);
+  std::visit(
+      [](const auto& content) {
+        if (!valid(content)) std::abort();
+      },
+      message->content);
+  if (const auto* frame = std::get_if<CoefficientFrame>(&message->content)) (void)standard_deviations(frame->information);
 }
 
 }  // namespace

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A conversation: each input is cut into frames and statuses of a few boots in any order. The record must stay in order
 // and without doubles, acknowledgements valid, memory bounded.
 #include <cstdlib>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/table/coefficient_run.hpp"
 
 #include <cmath>
@@ -13,10 +14,10 @@ const std::string kHeader =
     "node,boot,sequence,time_ns,clock,status,n_expected,n_found,n_used,mean_error,metric,height_mm,A00,B,sd_"
     "A00,sd_B\n";
 
-std::string row(const std::string& node, const std::string& boot, int sequence, int time,
-                const std::string& status, const std::string& values) {
-  return node + "," + boot + "," + std::to_string(sequence) + "," + std::to_string(time) + ",monotonic," +
-         status + ",20,19,18,0.02,reprojection," + values + "\n";
+std::string row(const std::string& node, const std::string& boot, int sequence, int time, const std::string& status,
+                const std::string& values) {
+  return node + "," + boot + "," + std::to_string(sequence) + "," + std::to_string(time) + ",monotonic," + status +
+         ",20,19,18,0.02,reprojection," + values + "\n";
 }
 
 Outcome<CoefficientRun> run_of(const std::string& text, const std::string& node = "") {
@@ -32,8 +33,8 @@ void expect_problem(const Outcome<CoefficientRun>& run, const std::string& where
 }
 
 TEST(CoefficientRun, ReadsSurfacesAndFailures) {
-  const auto run = run_of(kHeader + row("a", "7", 0, 100, "tracking", "80.5,80,1,0.1,0.2") +
-                          row("a", "7", 1, 200, "searching", ",,,,"));
+  const auto run =
+      run_of(kHeader + row("a", "7", 0, 100, "tracking", "80.5,80,1,0.1,0.2") + row("a", "7", 1, 200, "searching", ",,,,"));
   ASSERT_TRUE(run) << run.error().text();
   EXPECT_EQ("a", run->node);
   EXPECT_EQ("reprojection", run->metric);
@@ -52,13 +53,17 @@ TEST(CoefficientRun, IsTheSameAfterOtherProgramsSavedItAgain) {
   const std::string ours =
       "node,boot,sequence,time_ns,clock,wall_time_ns,wall_uncertainty_ns,status,n_expected,n_found,n_used,mean_error,metric,"
       "height_mm,A00,B,sd_A00,sd_B\n"
-      "cam-1,b00000000000000ff,99999,5000000000,monotonic,1790000000000000000,900,ok,20,19,18,0.02,reprojection,80.5,80,-0.0001,0.1,\n"
+      "cam-1,b00000000000000ff,99999,5000000000,monotonic,1790000000000000000,900,ok,20,19,18,0.02,reprojection,80.5,80,-0."
+      "0001,0.1,\n"
       "cam-1,b00000000000000ff,100000,5033333000,monotonic,,,lost,20,3,0,,reprojection,,,,,\n";
   const std::string r =
-      "\"\",\"node\",\"boot\",\"sequence\",\"time_ns\",\"clock\",\"wall_time_ns\",\"wall_uncertainty_ns\",\"status\",\"n_expected\","
+      "\"\",\"node\",\"boot\",\"sequence\",\"time_ns\",\"clock\",\"wall_time_ns\",\"wall_uncertainty_ns\",\"status\",\"n_"
+      "expected\","
       "\"n_found\",\"n_used\",\"mean_error\",\"metric\",\"height_mm\",\"A00\",\"B\",\"sd_A00\",\"sd_B\"\n"
-      "\"1\",\"cam-1\",\"b00000000000000ff\",99999,5e+09,\"monotonic\",1.79e+18,900,\"ok\",20,19,18,0.02,\"reprojection\",80.5,80,-1e-04,0.1,NA\n"
-      "\"2\",\"cam-1\",\"b00000000000000ff\",1e+05,5033333000,\"monotonic\",NA,NA,\"lost\",20,3,0,NA,\"reprojection\",NA,NA,NA,NA,NA\n";
+      "\"1\",\"cam-1\",\"b00000000000000ff\",99999,5e+09,\"monotonic\",1.79e+18,900,\"ok\",20,19,18,0.02,\"reprojection\",80.5,"
+      "80,-1e-04,0.1,NA\n"
+      "\"2\",\"cam-1\",\"b00000000000000ff\",1e+05,5033333000,\"monotonic\",NA,NA,\"lost\",20,3,0,NA,\"reprojection\",NA,NA,NA,"
+      "NA,NA\n";
   std::string german = ours;
   for (char& c : german) c = c == ',' ? ';' : c;
   for (const auto& [point, comma] : {std::pair("0.02", "0,02"), {"80.5", "80,5"}, {"-0.0001", "-0,0001"}, {"0.1", "0,1"}})
@@ -116,9 +121,9 @@ TEST(CoefficientRun, LeavesOutFramesFromBeforeTheClockStartedAnew) {
 
 TEST(CoefficientRun, DarkFramesAreNoGaps) {
   const std::string lit = "80,80,1,0.1,0.2", none = ",,,,";
-  const auto run = run_of(kHeader + row("a", "7", 0, 100, "ok", lit) + row("a", "7", 1, 200, "dark", none) +
-                          row("a", "7", 2, 300, "ok", lit) + row("a", "7", 4, 500, "dark", none) +
-                          row("a", "7", 5, 600, "poor_fit", lit));
+  const auto run =
+      run_of(kHeader + row("a", "7", 0, 100, "ok", lit) + row("a", "7", 1, 200, "dark", none) +
+             row("a", "7", 2, 300, "ok", lit) + row("a", "7", 4, 500, "dark", none) + row("a", "7", 5, 600, "poor_fit", lit));
   ASSERT_TRUE(run);
   ASSERT_EQ(3u, run->rows.size());
   EXPECT_EQ(0u, missing_between(run->rows[0], run->rows[1]));
@@ -134,10 +139,8 @@ TEST(CoefficientRun, WrongFilesAreNamedByFileAndLine) {
   expect_problem(run_of(""), "run.csv", "no header");
   expect_problem(run_of(kHeader), "run.csv:1", "no frames");
   expect_problem(run_of("node,boot,sequence\na,7,0\n"), "run.csv:1", "no column 'time_ns'");
-  expect_problem(run_of(kHeader + good + row("a", "7", 1, 200, "tracking", "80,high,1,0.1,0.2")), "run.csv:3",
-                 "'high'");
-  expect_problem(run_of(kHeader + good + row("a", "7", 1, 200, "tracking", "80,80,nan,0.1,0.2")), "run.csv:3",
-                 "'B'");
+  expect_problem(run_of(kHeader + good + row("a", "7", 1, 200, "tracking", "80,high,1,0.1,0.2")), "run.csv:3", "'high'");
+  expect_problem(run_of(kHeader + good + row("a", "7", 1, 200, "tracking", "80,80,nan,0.1,0.2")), "run.csv:3", "'B'");
   expect_problem(run_of(kHeader + good + row("a", "7", 1, 200, "tracking", "80,80,,0.1,0.2")), "run.csv:3",
                  "some of its coefficients");
   expect_problem(run_of(kHeader + good + good), "run.csv:3", "twice");
@@ -150,8 +153,8 @@ TEST(CoefficientRun, WrongFilesAreNamedByFileAndLine) {
 }
 
 TEST(CoefficientRun, SeveralNodesMustBeNamed) {
-  const std::string text = kHeader + row("a", "7", 0, 100, "tracking", "80,80,1,0.1,0.2") +
-                           row("b", "8", 0, 100, "tracking", "70,70,1,0.1,0.2");
+  const std::string text =
+      kHeader + row("a", "7", 0, 100, "tracking", "80,80,1,0.1,0.2") + row("b", "8", 0, 100, "tracking", "70,70,1,0.1,0.2");
   expect_problem(run_of(text), "run.csv", "a, b");
   expect_problem(run_of(text, "c"), "run.csv", "no node 'c'");
   const auto run = run_of(text, "b");
@@ -160,8 +163,7 @@ TEST(CoefficientRun, SeveralNodesMustBeNamed) {
 }
 
 TEST(CoefficientRun, OnlyFailuresSayTheirStatuses) {
-  const auto run =
-      run_of(kHeader + row("a", "7", 0, 100, "searching", ",,,,") + row("a", "7", 1, 200, "lost", ",,,,"));
+  const auto run = run_of(kHeader + row("a", "7", 0, 100, "searching", ",,,,") + row("a", "7", 1, 200, "lost", ",,,,"));
   ASSERT_TRUE(run);
   const auto usable = require_surface(*run);
   ASSERT_FALSE(usable);

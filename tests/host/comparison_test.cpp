@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/compare/comparison.hpp"
 
 #include <cmath>
@@ -21,8 +22,7 @@ CoefficientRun estimated() {
   for (int i = 0; i < 4; ++i) {
     text += "n,1," + std::to_string(i) + "," + std::to_string(1000 + i) + ",monotonic,";
     text += i == 1 ? "lost,9,0,0,,,,,,,,,\n"
-                   : "tracking,9,9,9,0.01,reprojection,80," + number_text(80 + i + off[i]) +
-                         ",1.2,2,0.1,0.1,0.1\n";
+                   : "tracking,9,9,9,0.01,reprojection,80," + number_text(80 + i + off[i]) + ",1.2,2,0.1,0.1,0.1\n";
   }
   const auto table = CsvTable::parse(text, "run.csv");
   EXPECT_TRUE(table);
@@ -103,9 +103,8 @@ class CompareCommand : public testing::Test {
     const auto file = [&](const char* name) { return (folder_ / name).string(); };
     std::string text = kThreeModesHeader;
     for (int i = 0; i < 3; ++i)
-      text += "n,1," + std::to_string(i) + "," + std::to_string(1000 + i) +
-              ",monotonic,tracking,9,9,9,0.01,reprojection,80," + number_text(80.05 + i) +
-              ",1,2,0.1,0.1,0.1\n";
+      text += "n,1," + std::to_string(i) + "," + std::to_string(1000 + i) + ",monotonic,tracking,9,9,9,0.01,reprojection,80," +
+              number_text(80.05 + i) + ",1,2,0.1,0.1,0.1\n";
     ASSERT_TRUE(write_text_file(file("run.csv"), text));
     ASSERT_TRUE(write_truth(file("truth.csv"), truth(1000)));
     ASSERT_TRUE(write_text_file(file("points.txt"), "0 0 0\n100 0 0\n0 100 0\n100 100 0\n"));
@@ -115,8 +114,7 @@ class CompareCommand : public testing::Test {
     CLI::App app;
     int exit_code = -1;
     add_compare_command(app, exit_code);
-    arguments.insert(arguments.begin(),
-                     {"compare", (folder_ / "run.csv").string(), (folder_ / "truth.csv").string()});
+    arguments.insert(arguments.begin(), {"compare", (folder_ / "run.csv").string(), (folder_ / "truth.csv").string()});
     std::reverse(arguments.begin(), arguments.end());
     testing::internal::CaptureStdout();
     testing::internal::CaptureStderr();
@@ -131,8 +129,7 @@ class CompareCommand : public testing::Test {
 };
 
 TEST_F(CompareCommand, PrintsAndJudgesTheSurface) {
-  const std::vector<std::string> geometry = {"--lx", "100",      "--ly",
-                                             "100",  "--points", (folder_ / "points.txt").string()};
+  const std::vector<std::string> geometry = {"--lx", "100", "--ly", "100", "--points", (folder_ / "points.txt").string()};
   EXPECT_EQ(0, run(geometry));
   EXPECT_NE(std::string::npos, said_.find("rms 0.0500 mm")) << said_;
   std::vector<std::string> strict = geometry;
@@ -143,8 +140,7 @@ TEST_F(CompareCommand, PrintsAndJudgesTheSurface) {
 }
 
 TEST_F(CompareCommand, TakesTheModelFileBesideTheCoefficients) {
-  NodeModel node{
-      .node = "n", .model = square().model, .refractive_index = 1.333, .pattern = square().pattern};
+  NodeModel node{.node = "n", .model = square().model, .refractive_index = 1.333, .pattern = square().pattern};
   ASSERT_TRUE(write_model_sidecar(model_sidecar_path(folder_ / "run.csv"), {{node}}));
   EXPECT_EQ(0, run({"--max-rms", "0.051"})) << said_;
   node.model.modes = *dsp::ModeList::standard(5);

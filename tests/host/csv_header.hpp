@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The first line of a file of coefficients with three modes, as tests write it.
 #pragma once
 

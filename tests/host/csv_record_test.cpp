@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/listen/csv_record.hpp"
 
 #include <cmath>
@@ -7,10 +8,10 @@
 
 #include <gtest/gtest.h>
 
-#include "host/listen/csv_row.hpp"
-#include "host/table/coefficient_columns.hpp"
-#include "host/listen/recorded.hpp"
 #include "drivers/support/csv_table.hpp"
+#include "host/listen/csv_row.hpp"
+#include "host/listen/recorded.hpp"
+#include "host/table/coefficient_columns.hpp"
 
 namespace srd::host {
 namespace {
@@ -179,8 +180,7 @@ TEST(CsvRecord, EachListOfModesHasItsFile) {
     EXPECT_EQ(record->files().size(), 2u);
   }
   EXPECT_EQ(CsvTable::read(file).value().words("node").value(), std::vector<std::string>{"cam-1"});
-  EXPECT_EQ(CsvTable::read(folder.path / "run.A00-B-C.csv").value().words("node").value(),
-            std::vector<std::string>{"cam-2"});
+  EXPECT_EQ(CsvTable::read(folder.path / "run.A00-B-C.csv").value().words("node").value(), std::vector<std::string>{"cam-2"});
   // The file beside it is as much the record as the first.
   const auto record = open(file, OpenMode::kAppend);
   EXPECT_TRUE(record->recorded().contains(other));

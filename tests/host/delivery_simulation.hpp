@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Nodes, a bad link and a host in simulated time: one step is a millisecond, nothing waits for a real clock.
 #pragma once
 
@@ -18,11 +19,11 @@ inline constexpr std::int64_t kMillisecond = 1'000'000;
 inline constexpr std::int64_t kSecond = 1'000'000'000;
 
 struct LinkFaults {
-  double loss = 0;          // of each datagram, in either direction
+  double loss = 0;  // of each datagram, in either direction
   double duplication = 0;
   std::int64_t least_delay = kMillisecond;
   std::int64_t most_delay = kMillisecond;  // spread over the interval: datagrams overtake each other
-  bool away = false;        // nothing passes
+  bool away = false;                       // nothing passes
 };
 
 class Link {
@@ -52,7 +53,8 @@ class Link {
 };
 
 struct SimulatedNode {
-  SimulatedNode(const firmware::SenderOptions& options, std::uint64_t seed) : sender(options), to_host(seed), to_node(seed + 1) {}
+  SimulatedNode(const firmware::SenderOptions& options, std::uint64_t seed)
+      : sender(options), to_host(seed), to_node(seed + 1) {}
   firmware::Sender sender;
   Link to_host, to_node;
   double hz = 200;

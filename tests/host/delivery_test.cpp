@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every frame in the record, once and in order, over links and through deaths that a lab has.
 #include <algorithm>
 #include <map>
@@ -115,8 +116,7 @@ TEST(Delivery, NothingIsLostWhenTheHostIsKilledAndRestarted) {
   lab.run(5 * kSecond);
   lab.end_nodes();
   const auto boots = by_boot(lab);
-  for (std::uint64_t i = 1; i <= 3; ++i)
-    expect_all_once_in_order(boots.at(boot_of("n", i)), lab.nodes[i - 1]->captured);
+  for (std::uint64_t i = 1; i <= 3; ++i) expect_all_once_in_order(boots.at(boot_of("n", i)), lab.nodes[i - 1]->captured);
 }
 
 // The camera has stopped: only the node's status tells the new host that there is something to fetch.
@@ -187,8 +187,7 @@ TEST(Delivery, NamesTheRangeThatAFullRingLost) {
   // All others are there, once and in order.
   const auto sequences = by_boot(lab).at(boot_of("n", 1));
   ASSERT_EQ(sequences.size() + lost.size(), node.captured);
-  for (std::uint64_t i = 0; i < sequences.size(); ++i)
-    ASSERT_EQ(sequences[i], i < lost.begin ? i : i + lost.size());
+  for (std::uint64_t i = 0; i < sequences.size(); ++i) ASSERT_EQ(sequences[i], i < lost.begin ? i : i + lost.size());
 }
 
 TEST(Delivery, NamesLostFramesToAHostThatStartsLater) {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // srd listen and the node's transmitter over real sockets on loopback.
 #include "host/listen/listen.hpp"
 
@@ -8,13 +9,13 @@
 #include <thread>
 #include <vector>
 
-#include <CLI/CLI.hpp>
 #include <gtest/gtest.h>
+#include <CLI/CLI.hpp>
 
+#include "drivers/support/csv_table.hpp"
 #include "firmware/transmit/transmitter.hpp"
 #include "host/listen/command.hpp"
 #include "host/listen/status_line.hpp"
-#include "drivers/support/csv_table.hpp"
 #include "tests/fakes/scratch_folder.hpp"
 #include "tests/host/delivery_simulation.hpp"
 #include "tests/host/lossy_relay.hpp"
@@ -81,8 +82,7 @@ TEST(Listen, RecordsThreeNodesOverABadNetwork) {
     std::vector<std::unique_ptr<simulated::LossyRelay>> relays;
     std::array<firmware::TransmitterReport, 3> reports;
     for (std::size_t i = 0; i < 3; ++i) {
-      relays.push_back(std::make_unique<simulated::LossyRelay>(host.address(), 0.3, 0.1,
-                                                               std::chrono::milliseconds(20), i));
+      relays.push_back(std::make_unique<simulated::LossyRelay>(host.address(), 0.3, 0.1, std::chrono::milliseconds(20), i));
       nodes.emplace_back([&, i] {
         const auto node = start_node(("cam-" + std::to_string(i)).c_str(), 100 + i, relays[i]->address());
         for (std::uint64_t s = 0; s < kFrames; ++s) {
@@ -116,8 +116,7 @@ TEST(Listen, EndsAfterTheRowsAskedForAndGoesOnWithAppend) {
     Listening host({.csv = file, .count = 150});
     address = host.address();
     node = start_node("cam", 1, address, false);
-    for (int i = 0; i < 400; ++i)
-      EXPECT_TRUE(node->push_waiting(simulated::Simulation::frame_at(i), cancelled));
+    for (int i = 0; i < 400; ++i) EXPECT_TRUE(node->push_waiting(simulated::Simulation::frame_at(i), cancelled));
     host.wait();
     EXPECT_TRUE(host.outcome->ok());
   }
@@ -186,7 +185,9 @@ TEST(Listen, ANodeTriesEveryAddressOfItsHostUntilOneAnswers) {
     firmware::TransmitterOptions options;
     options.sender.from = {*proto::NodeId::make("cam"), 7};
     options.host = "localhost:" + std::to_string(right.port());
-    options.resolve = [&](std::string_view, std::string_view) -> Outcome<std::vector<Address>> { return std::vector{wrong, right}; };
+    options.resolve = [&](std::string_view, std::string_view) -> Outcome<std::vector<Address>> {
+      return std::vector{wrong, right};
+    };
     auto node = firmware::Transmitter::start(options);
     ASSERT_TRUE(node.ok()) << node.error().text();
     for (int i = 0; i < 20; ++i) EXPECT_TRUE((*node)->push(simulated::Simulation::frame_at(i)));

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A bad network between real sockets on loopback: loses, doubles and delays datagrams in both directions.
 #pragma once
 
@@ -16,8 +17,7 @@ namespace srd::host::simulated {
 class LossyRelay {
  public:
   // Nodes send to address(), the host listens at host.
-  LossyRelay(const Address& host, double loss, double duplication, std::chrono::microseconds most_delay,
-             std::uint64_t seed)
+  LossyRelay(const Address& host, double loss, double duplication, std::chrono::microseconds most_delay, std::uint64_t seed)
       : inner_(UdpSocket::bind(Address::parse("127.0.0.1:0", "test").value()).value()),
         outer_(UdpSocket::connect(host).value()),
         loss_(loss),

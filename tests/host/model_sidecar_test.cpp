@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/table/model_sidecar.hpp"
 
 #include <gtest/gtest.h>
@@ -70,8 +71,7 @@ TEST(ModelSidecar, NamesWhatIsWrongAndWhere) {
     ASSERT_FALSE(read) << c.text;
     EXPECT_EQ(Exit::kUsage, read.error().exit);
     EXPECT_NE(std::string::npos, read.error().text().find(c.says)) << c.says << "\n" << read.error().text();
-    EXPECT_NE(std::string::npos, read.error().text().find(c.line + ": ")) << c.line << "\n"
-                                                                          << read.error().text();
+    EXPECT_NE(std::string::npos, read.error().text().find(c.line + ": ")) << c.line << "\n" << read.error().text();
   }
 }
 

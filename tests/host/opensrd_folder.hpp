@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A lab's OpenSRD folder with known truth, and srd reconstruct run on it as a person would.
 #pragma once
 
@@ -10,9 +11,9 @@
 #include <vector>
 
 #include "drivers/recording/rig.hpp"
+#include "drivers/support/csv_table.hpp"
 #include "drivers/support/text_file.hpp"
 #include "host/reconstruct/command.hpp"
-#include "drivers/support/csv_table.hpp"
 #include "tests/fakes/scratch_folder.hpp"
 #include "tests/fakes/synthetic_scene.hpp"
 
@@ -179,8 +180,8 @@ inline std::vector<fakes::Coefficients<double>> series_coefficients(const std::f
 }
 
 // rms over points of the difference of two surfaces, mm.
-inline double surface_rms(const dsp::SurfaceModel<double>& model, const Points& points,
-                          const fakes::Coefficients<double>& a, const fakes::Coefficients<double>& b) {
+inline double surface_rms(const dsp::SurfaceModel<double>& model, const Points& points, const fakes::Coefficients<double>& a,
+                          const fakes::Coefficients<double>& b) {
   double sum = 0;
   for (const auto& p : points) {
     const double e = model.height(a, p.x(), p.y()) - model.height(b, p.x(), p.y());

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -88,21 +89,41 @@ TEST_P(PoseFromWrongCorners, SaysWhatIsWrong) {
   EXPECT_NE(fit.error().text().find(GetParam().expected), std::string::npos) << fit.error().text();
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    OpenSrdPose, PoseFromWrongCorners,
-    testing::Values(
-        WrongPose{"a corner less", [](DryView& d) { d.pixels.pop_back(); }, "230 corners and 231 points"},
-        WrongPose{"three corners", [](DryView& d) { d.pixels.resize(3); d.points.resize(3); }, "at least 4"},
-        WrongPose{"one row", [](DryView& d) { d.pixels.resize(21); d.points.resize(21); }, "one line"},
-        WrongPose{"columns listed as rows", [](DryView& d) { d.points = board_points({21, 11}, 20); }, "px rms"},
-        WrongPose{"rows listed from the last", [](DryView& d) {
-                    Points mirrored;
-                    for (int row = 10; row >= 0; --row)
-                      mirrored.insert(mirrored.end(), d.points.begin() + 21 * row, d.points.begin() + 21 * (row + 1));
-                    d.points = mirrored;
-                  }, "mirrored"},
-        WrongPose{"one wrong corner", [](DryView& d) { d.pixels[100].x() += 200; }, "px rms"},
-        WrongPose{"not a number", [](DryView& d) { d.pixels[0] = {std::nan(""), 0}; }, "field of the calibration"}));
+INSTANTIATE_TEST_SUITE_P(OpenSrdPose, PoseFromWrongCorners,
+                         testing::Values(WrongPose{"a corner less", [](DryView& d) { d.pixels.pop_back(); },
+                                                   "230 corners and 231 points"},
+                                         WrongPose{"three corners",
+                                                   [](DryView& d) {
+                                                     d.pixels.resize(3);
+                                                     d.points.resize(3);
+                                                   },
+                                                   "at least 4"},
+                                         WrongPose{"one row",
+                                                   [](DryView& d) {
+                                                     d.pixels.resize(21);
+                                                     d.points.resize(21);
+                                                   },
+                                                   "one line"},
+                                         WrongPose{"columns listed as rows",
+                                                   [](DryView& d) {
+                                                     d.points = board_points({21, 11}, 20);
+                                                   },
+                                                   "px rms"},
+                                         WrongPose{"rows listed from the last",
+                                                   [](DryView& d) {
+                                                     Points mirrored;
+                                                     for (int row = 10; row >= 0; --row)
+                                                       mirrored.insert(mirrored.end(), d.points.begin() + 21 * row,
+                                                                       d.points.begin() + 21 * (row + 1));
+                                                     d.points = mirrored;
+                                                   },
+                                                   "mirrored"},
+                                         WrongPose{"one wrong corner", [](DryView& d) { d.pixels[100].x() += 200; }, "px rms"},
+                                         WrongPose{"not a number",
+                                                   [](DryView& d) {
+                                                     d.pixels[0] = {std::nan(""), 0};
+                                                   },
+                                                   "field of the calibration"}));
 
 TEST(OpenSrdPose, PoorResidualsAreAWarning) {
   DryView dry;

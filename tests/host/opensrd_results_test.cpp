@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/opensrd/results.hpp"
 
 #include <gtest/gtest.h>
@@ -74,8 +75,7 @@ TEST(OpenSrdResults, TwoResultsNeverShareAFile) {
   const auto plan = plan_outputs(s, "/tmp/out", true, true);
   ASSERT_FALSE(plan);
   EXPECT_EQ(plan.error().exit, Exit::kUsage);
-  EXPECT_NE(plan.error().text().find("pose of camera 1 and the pose of camera 2"), std::string::npos)
-      << plan.error().text();
+  EXPECT_NE(plan.error().text().find("pose of camera 1 and the pose of camera 2"), std::string::npos) << plan.error().text();
   EXPECT_TRUE(plan_outputs(s, "/tmp/out", false, true));  // no poses are made: no clash
 }
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/opensrd/settings.hpp"
 
 #include <gtest/gtest.h>
@@ -233,27 +234,25 @@ TEST_P(WrongSetting, NamesFileLineKeyAndWhatWasExpected) {
 
 INSTANTIATE_TEST_SUITE_P(
     OpenSrdSettings, WrongSetting,
-    testing::Values(WrongValue{"NumberOfCameras", "0", "from 1 to 3"}, WrongValue{"NumberOfCameras", "4", "from 1 to 3"},
-                    WrongValue{"NumberOfCameras", nullptr, "missing"}, WrongValue{"NumberOfCameras", "1.5", "whole number"},
-                    WrongValue{"CalibrationFile2", nullptr, "missing"}, WrongValue{"CalibrationFile2", "\"\"", "double quotes"},
-                    WrongValue{"InputDirectory1", nullptr, "folder of images"}, WrongValue{"Lx", "-40", "1e+06 (mm)"},
-                    WrongValue{"Lx", "0", "mm"}, WrongValue{"Ly", "nan", "a number"}, WrongValue{"Ly", ".Nan", "a number"},
-                    WrongValue{"Ly", ".Inf", "a number"}, WrongValue{"Ly", "160 mm", "a number"}, WrongValue{"Ly", "", "a number"},
-                    WrongValue{"SurfaceModelParameters", "4", "1, 3, 5, 8 or 12"},
-                    WrongValue{"SurfaceModelParameters", "13", "1 to 12"},
-                    WrongValue{"InitialGuess", "\"[70,0,0,0,0,0]\"", "at most 5"}, WrongValue{"InitialGuess", "\"[]\"", "list"},
-                    WrongValue{"InitialGuess", "\"[70,nan]\"", "list"}, WrongValue{"InitialGuess", "\"[70,0\"", "list"},
-                    WrongValue{"InitialGuess", nullptr, "missing"}, WrongValue{"Scaling", "\"[1,1,1]\"", "5 numbers"},
-                    WrongValue{"Scaling", "\"[1,1,0,1,1]\"", "above 0"}, WrongValue{"Scaling", "\"[1,1,-1,1,1]\"", "above 0"},
-                    WrongValue{"ErrorMetric", "3", "from 1 to 2"}, WrongValue{"ErrorMetric", nullptr, "collinearity"},
-                    WrongValue{"Epsg", "-1", "from 0"}, WrongValue{"MaxIts", "-5", "from 0"},
-                    WrongValue{"MaxIts", "2.5", "whole number"}, WrongValue{"TypeFeatureInput", "2", "0 or 1"},
-                    WrongValue{"FeaturePatternSize_Width", "1", "from 2"}, WrongValue{"FeaturePatternSize_Height", nullptr, "missing"},
-                    WrongValue{"ResponseRadius", "7", "5 or 10"}, WrongValue{"ResponseThreshold", "0", "from 1"},
-                    WrongValue{"MinDistance", nullptr, "missing"}, WrongValue{"OutputFileName", nullptr, "missing"},
-                    WrongValue{"OutputFileNameResiudals", nullptr, "missing"},
-                    WrongValue{"OutputDirectory2", nullptr, "features are to be saved"},
-                    WrongValue{"InputFeatures2", nullptr, "missing"}));
+    testing::Values(
+        WrongValue{"NumberOfCameras", "0", "from 1 to 3"}, WrongValue{"NumberOfCameras", "4", "from 1 to 3"},
+        WrongValue{"NumberOfCameras", nullptr, "missing"}, WrongValue{"NumberOfCameras", "1.5", "whole number"},
+        WrongValue{"CalibrationFile2", nullptr, "missing"}, WrongValue{"CalibrationFile2", "\"\"", "double quotes"},
+        WrongValue{"InputDirectory1", nullptr, "folder of images"}, WrongValue{"Lx", "-40", "1e+06 (mm)"},
+        WrongValue{"Lx", "0", "mm"}, WrongValue{"Ly", "nan", "a number"}, WrongValue{"Ly", ".Nan", "a number"},
+        WrongValue{"Ly", ".Inf", "a number"}, WrongValue{"Ly", "160 mm", "a number"}, WrongValue{"Ly", "", "a number"},
+        WrongValue{"SurfaceModelParameters", "4", "1, 3, 5, 8 or 12"}, WrongValue{"SurfaceModelParameters", "13", "1 to 12"},
+        WrongValue{"InitialGuess", "\"[70,0,0,0,0,0]\"", "at most 5"}, WrongValue{"InitialGuess", "\"[]\"", "list"},
+        WrongValue{"InitialGuess", "\"[70,nan]\"", "list"}, WrongValue{"InitialGuess", "\"[70,0\"", "list"},
+        WrongValue{"InitialGuess", nullptr, "missing"}, WrongValue{"Scaling", "\"[1,1,1]\"", "5 numbers"},
+        WrongValue{"Scaling", "\"[1,1,0,1,1]\"", "above 0"}, WrongValue{"Scaling", "\"[1,1,-1,1,1]\"", "above 0"},
+        WrongValue{"ErrorMetric", "3", "from 1 to 2"}, WrongValue{"ErrorMetric", nullptr, "collinearity"},
+        WrongValue{"Epsg", "-1", "from 0"}, WrongValue{"MaxIts", "-5", "from 0"}, WrongValue{"MaxIts", "2.5", "whole number"},
+        WrongValue{"TypeFeatureInput", "2", "0 or 1"}, WrongValue{"FeaturePatternSize_Width", "1", "from 2"},
+        WrongValue{"FeaturePatternSize_Height", nullptr, "missing"}, WrongValue{"ResponseRadius", "7", "5 or 10"},
+        WrongValue{"ResponseThreshold", "0", "from 1"}, WrongValue{"MinDistance", nullptr, "missing"},
+        WrongValue{"OutputFileName", nullptr, "missing"}, WrongValue{"OutputFileNameResiudals", nullptr, "missing"},
+        WrongValue{"OutputDirectory2", nullptr, "features are to be saved"}, WrongValue{"InputFeatures2", nullptr, "missing"}));
 
 TEST(OpenSrdSettings, AllProblemsAreToldAtOnce) {
   const ScratchFolder folder;

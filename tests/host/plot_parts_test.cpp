@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The parts that figures are made of: spectrum, time line, axes, contours, colours.
 #include <cmath>
 #include <limits>
@@ -30,8 +31,7 @@ Sine sine(double hz, double amplitude, double rate, int n) {
 }
 
 std::size_t peak(const Spectrum& s) {
-  return static_cast<std::size_t>(std::max_element(s.amplitude.begin(), s.amplitude.end()) -
-                                  s.amplitude.begin());
+  return static_cast<std::size_t>(std::max_element(s.amplitude.begin(), s.amplitude.end()) - s.amplitude.begin());
 }
 
 TEST(AmplitudeSpectrum, SineShowsItsAmplitudeAtItsFrequency) {
@@ -40,8 +40,7 @@ TEST(AmplitudeSpectrum, SineShowsItsAmplitudeAtItsFrequency) {
     double hz, amplitude, rate;
     int n;
   };
-  for (const Case& c :
-       {Case{3, 2.5, 50, 500}, Case{3.05, 2.5, 50, 500}, Case{21.3, 0.01, 50, 777}, Case{5, 1, 20, 64}}) {
+  for (const Case& c : {Case{3, 2.5, 50, 500}, Case{3.05, 2.5, 50, 500}, Case{21.3, 0.01, 50, 777}, Case{5, 1, 20, 64}}) {
     const Sine s = sine(c.hz, c.amplitude, c.rate, c.n);
     const Spectrum spectrum = amplitude_spectrum(s.seconds, s.values, 1 / c.rate);
     ASSERT_FALSE(spectrum.amplitude.empty());
@@ -89,9 +88,8 @@ CoefficientRow frame(const std::string& boot, std::uint64_t sequence, double ms)
 TEST(Timeline, GapsAreNeverJoined) {
   CoefficientRun run;
   // 0 1 2 | 4 (one lost) 5 | 6 late by one interval | other boot | 1
-  run.rows = {frame("a", 0, 0),   frame("a", 1, 20),  frame("a", 2, 40),
-              frame("a", 4, 80),  frame("a", 5, 100), frame("a", 6, 140),
-              frame("b", 0, 160), frame("b", 1, 180), frame("b", 2, 200)};
+  run.rows = {frame("a", 0, 0),   frame("a", 1, 20),  frame("a", 2, 40),  frame("a", 4, 80), frame("a", 5, 100),
+              frame("a", 6, 140), frame("b", 0, 160), frame("b", 1, 180), frame("b", 2, 200)};
   const Timeline timeline = make_timeline(run);
   EXPECT_NEAR(0.02, timeline.interval_s, 1e-12);
   EXPECT_NEAR(0.2, timeline.seconds.back(), 1e-12);
@@ -112,8 +110,7 @@ TEST(Axis, TicksAreRoundAndInside) {
     ASSERT_LE(at.size(), 7u) << low << " " << high;
     const double step = at[1] - at[0];
     const double leading = step / std::pow(10, std::floor(std::log10(step) + 1e-6));
-    EXPECT_TRUE(std::abs(leading - 1) < 1e-6 || std::abs(leading - 2) < 1e-6 || std::abs(leading - 5) < 1e-6)
-        << step;
+    EXPECT_TRUE(std::abs(leading - 1) < 1e-6 || std::abs(leading - 2) < 1e-6 || std::abs(leading - 5) < 1e-6) << step;
     for (const double t : at) {
       EXPECT_GE(t, low - 1e-6 * step);
       EXPECT_LE(t, high + 1e-6 * step);

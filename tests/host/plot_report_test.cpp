@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The files of `srd plot`.
 #include <cmath>
 #include <fstream>
@@ -33,19 +34,18 @@ class PlotReport : public testing::Test {
     for (int i = 0; i < 100; ++i) {
       if (i >= 50 && i < 60) continue;
       const double a = 80 + std::sin(0.3 * i);
-      text +=
-          node + ",1," + std::to_string(i) + "," + std::to_string(1000 + 20'000'000LL * i) + ",monotonic,";
-      text += i >= 20 && i < 30 ? "lost,9,0,0,,,,,,,,,\n"
-                                : "tracking,9,9,9,0.01,reprojection," + number_text(a) + "," +
-                                      number_text(a) + ",1,2,0.1,0.1,0.1\n";
+      text += node + ",1," + std::to_string(i) + "," + std::to_string(1000 + 20'000'000LL * i) + ",monotonic,";
+      text += i >= 20 && i < 30
+                  ? "lost,9,0,0,,,,,,,,,\n"
+                  : "tracking,9,9,9,0.01,reprojection," + number_text(a) + "," + number_text(a) + ",1,2,0.1,0.1,0.1\n";
     }
     return text;
   }
   std::filesystem::path truth() const {
     std::string text = "frame,time_ns,A00,B,C\n";
     for (int i = 0; i < 100; ++i)
-      text += std::to_string(i) + "," + std::to_string(1000 + 20'000'000LL * i) + "," +
-              number_text(80.01 + std::sin(0.3 * i)) + ",1,2\n";
+      text += std::to_string(i) + "," + std::to_string(1000 + 20'000'000LL * i) + "," + number_text(80.01 + std::sin(0.3 * i)) +
+              ",1,2\n";
     return folder_.write("truth.csv", text);
   }
   PlotOptions options(const std::string& text) const {
@@ -89,8 +89,7 @@ TEST_F(PlotReport, WritesEveryFigureAndAPageThatNeedsNothingElse) {
   // The name of the SVG language is no address that anything is read from.
   const std::string name = "http://www.w3.org/2000/svg";
   for (std::size_t at; (at = page.find(name)) != std::string::npos;) page.erase(at, name.size());
-  for (const char* outside :
-       {"http:", "https:", "src=", "<link", "url(", "@import", "fetch(", "href=\"/", "file:"})
+  for (const char* outside : {"http:", "https:", "src=", "<link", "url(", "@import", "fetch(", "href=\"/", "file:"})
     EXPECT_EQ(std::string::npos, page.find(outside)) << outside;
 }
 
@@ -144,8 +143,7 @@ TEST_F(PlotReport, WrongFilesAreNamedByFileAndLine) {
   expect_problem(text.replace(text.find("status"), 6, "state"), ":1", "no column 'status'");
   text = frames();
   expect_problem(text.replace(text.find("0.01,reprojection"), 4, "good"), ":2", "'good'");
-  expect_problem(kThreeModesHeader +
-                     "n,1,0,1000,monotonic,lost,9,0,0,,,,,,,,,\nn,1,1,2000,monotonic,lost,9,0,0,,,,,,,,,\n",
+  expect_problem(kThreeModesHeader + "n,1,0,1000,monotonic,lost,9,0,0,,,,,,,,,\nn,1,1,2000,monotonic,lost,9,0,0,,,,,,,,,\n",
                  ":2", "2 frames: 2 lost");
 }
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Boards photographed in real rooms: single public images, the count of inner corners in each file's name.
 #include <gtest/gtest.h>
 
@@ -147,13 +148,12 @@ TEST_F(PublicBoards, ClutterOfABrokenWaterSurfaceDoesNotJoin) {
   const auto grid = finder.find(image.view(), {});
   ASSERT_TRUE(grid.ok());
   EXPECT_GE(grid->found, 135);
-  constexpr double kClutter[][2] = {{59, 82}, {82, 64}, {84, 46}, {106, 35}, {109, 46}, {180, 29}, {234, 61}, {272, 90},
-                                    {268, 114}, {281, 110}, {275, 131}, {29, 163}, {44, 206}};
+  constexpr double kClutter[][2] = {{59, 82},  {82, 64},   {84, 46},   {106, 35},  {109, 46}, {180, 29}, {234, 61},
+                                    {272, 90}, {268, 114}, {281, 110}, {275, 131}, {29, 163}, {44, 206}};
   for (const int cell : grid->cells) {
     if (cell < 0) continue;
     const auto at = pixel_of(finder, cell);
-    for (const auto& clutter : kClutter)
-      EXPECT_GT(std::hypot(at.x() - clutter[0], at.y() - clutter[1]), 2.5) << at.transpose();
+    for (const auto& clutter : kClutter) EXPECT_GT(std::hypot(at.x() - clutter[0], at.y() - clutter[1]), 2.5) << at.transpose();
   }
   EXPECT_EQ(wrong_cells(image, finder, *grid), 0);
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the receiver does with datagrams that a node did not send, or not now.
 #include "host/listen/receiver.hpp"
 
@@ -64,8 +65,7 @@ TEST(Receiver, ReplayedDatagramsAddNoRows) {
   Receiver receiver({}, 1);
   const proto::BootId boot{*proto::NodeId::make("n"), 1};
   std::vector<Bytes> sent;
-  for (std::uint64_t s = 0; s < 200; ++s)
-    sent.push_back(datagram_of({boot, s, 0}, proto::testing::any_frame(random, 5)));
+  for (std::uint64_t s = 0; s < 200; ++s) sent.push_back(datagram_of({boot, s, 0}, proto::testing::any_frame(random, 5)));
   std::uint64_t rows = 0;
   for (int round = 0; round < 50; ++round)
     for (std::size_t i = 0; i < sent.size(); ++i) {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // srd reconstruct on settings of OpenSRD's 2017 release: the pattern metric on a region of rendered images.
 #include <gtest/gtest.h>
 
@@ -19,14 +20,15 @@ class Release2017 {
   explicit Release2017(int frames) {
     srd::Scene scene = default_scene();
     const auto& camera = scene.calibration.camera;
-    scene.calibration.camera = dsp::CameraModel<double>::make(camera.fx() / 2, camera.fy() / 2, camera.cx() / 2,
-                                                              camera.cy() / 2, camera.distortion())
-                                   .value();
+    scene.calibration.camera =
+        dsp::CameraModel<double>::make(camera.fx() / 2, camera.fy() / 2, camera.cx() / 2, camera.cy() / 2, camera.distortion())
+            .value();
     scene.calibration.image_width /= 2;
     scene.calibration.image_height /= 2;
     scene.frames = frames;
     scene.surface = {dsp::ModeList::standard(3).value(), 100, 100, 100, 200};
-    scene.motions = {{*dsp::Mode::parse("A00"), 80, 3, 2, 0}, {*dsp::Mode::parse("B"), 0, 2, 3, 1}, {*dsp::Mode::parse("C"), -7, 0, 0, 0}};
+    scene.motions = {
+        {*dsp::Mode::parse("A00"), 80, 3, 2, 0}, {*dsp::Mode::parse("B"), 0, 2, 3, 1}, {*dsp::Mode::parse("C"), -7, 0, 0, 0}};
     scene.media.water = opensrd::kPublishedIndex;
     scene_ = scene;
     Renderer renderer = Renderer::make(scene).value();
@@ -49,7 +51,8 @@ class Release2017 {
           if (column < shown_.u0 || column >= shown_.u1 || row < shown_.v0 || row >= shown_.v1)
             image.pixels[static_cast<std::size_t>(row * image.width + column)] = 94;
       const std::string digits = std::to_string(frame);
-      EXPECT_TRUE(write_gray_image(folder_.path() / ("DATA/Proc" + std::string(4 - digits.size(), '0') + digits + ".png"), image.view(), 1));
+      EXPECT_TRUE(write_gray_image(folder_.path() / ("DATA/Proc" + std::string(4 - digits.size(), '0') + digits + ".png"),
+                                   image.view(), 1));
     }
     EXPECT_TRUE(write_calibration(folder_.path() / "INPUT/Calib.yml", scene.calibration));
     // Column by column from the image's left, each from the bottom; and only inner corners.
@@ -92,7 +95,8 @@ class Release2017 {
   }
 
   [[nodiscard]] CommandResult run(std::vector<std::string> more = {}) const {
-    std::vector<std::string> arguments = {folder_.write("settings.xml", settings_text(keys)).string(), "--out", out().string(), "--force"};
+    std::vector<std::string> arguments = {folder_.write("settings.xml", settings_text(keys)).string(), "--out", out().string(),
+                                          "--force"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return run_command(arguments);
   }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What srd reconstruct says of inputs that cannot be used.
 #include <gtest/gtest.h>
 
@@ -62,70 +63,113 @@ const std::string kFirst = OpenSrdFolder::feature_file(0, 0);
 INSTANTIATE_TEST_SUITE_P(
     Reconstruct, ReconstructInputs,
     testing::Values(
-        WrongInput{"NoCalibration", [](OpenSrdFolder& l) { std::filesystem::remove(l.path() / "INPUT/Calib_C1.yml"); }, 3,
+        WrongInput{"NoCalibration",
+                   [](OpenSrdFolder& l) { std::filesystem::remove(l.path() / "INPUT/Calib_C1.yml"); },
+                   3,
                    {"Calib_C1.yml", "no such file"}},
-        WrongInput{"CalibrationWithoutMatrix", [](OpenSrdFolder& l) { l.write("INPUT/Calib_C1.yml", "%YAML:1.0\n---\na: 1\n"); },
-                   3, {"Calib_C1.yml", "camera_matrix"}},
-        WrongInput{"NoPose", [](OpenSrdFolder& l) { l.keys["InputReference1"] = "\"none.txt\""; }, 3,
-                   {"none.txt", "no such file"}},
-        WrongInput{"NoPoints", [](OpenSrdFolder& l) { l.keys["InputFeatures1"] = "\"none.txt\""; }, 3,
-                   {"none.txt", "no such file"}},
-        WrongInput{"PointTwice", [](OpenSrdFolder& l) { replace_in(l, "INPUT/FeaturesF_1.txt", "0 20 0", "0 0 0"); }, 3,
+        WrongInput{"CalibrationWithoutMatrix",
+                   [](OpenSrdFolder& l) { l.write("INPUT/Calib_C1.yml", "%YAML:1.0\n---\na: 1\n"); },
+                   3,
+                   {"Calib_C1.yml", "camera_matrix"}},
+        WrongInput{
+            "NoPose", [](OpenSrdFolder& l) { l.keys["InputReference1"] = "\"none.txt\""; }, 3, {"none.txt", "no such file"}},
+        WrongInput{
+            "NoPoints", [](OpenSrdFolder& l) { l.keys["InputFeatures1"] = "\"none.txt\""; }, 3, {"none.txt", "no such file"}},
+        WrongInput{"PointTwice",
+                   [](OpenSrdFolder& l) { replace_in(l, "INPUT/FeaturesF_1.txt", "0 20 0", "0 0 0"); },
+                   3,
                    {"FeaturesF_1.txt:", "repeats a point"}},
-        WrongInput{"WrongNumberOfPoints", [](OpenSrdFolder& l) { l.keys["FeaturePatternSize_Height"] = "17"; }, 3,
+        WrongInput{"WrongNumberOfPoints",
+                   [](OpenSrdFolder& l) { l.keys["FeaturePatternSize_Height"] = "17"; },
+                   3,
                    {"FeaturesF_1.txt", "187: 11 rows of 17", "231"}},
-        WrongInput{"NoFrames", [](OpenSrdFolder& l) { l.keys["InputDirectory1"] = "\"DATA/NONE\""; }, 3,
+        WrongInput{"NoFrames",
+                   [](OpenSrdFolder& l) { l.keys["InputDirectory1"] = "\"DATA/NONE\""; },
+                   3,
                    {"DATA/NONE", "no such folder"}},
-        WrongInput{"NoFeatureFileAmongFiles", [](OpenSrdFolder& l) {
+        WrongInput{"NoFeatureFileAmongFiles",
+                   [](OpenSrdFolder& l) {
                      l.write("DATA/OTHER/a.png", "");
                      l.keys["InputDirectory1"] = "\"DATA/OTHER\"";
-                   }, 3, {"DATA/OTHER", "holds no frames", "1 other file"}},
-        WrongInput{"FeatureThatDoesNotExist", [](OpenSrdFolder& l) { l.write(kFirst, "0 100 100\n231 5 5\n"); }, 3,
+                   },
+                   3,
+                   {"DATA/OTHER", "holds no frames", "1 other file"}},
+        WrongInput{"FeatureThatDoesNotExist",
+                   [](OpenSrdFolder& l) { l.write(kFirst, "0 100 100\n231 5 5\n"); },
+                   3,
                    {"f0000.txt:2", "0 to 230", "231"}},
         WrongInput{"NegativeId", [](OpenSrdFolder& l) { l.write(kFirst, "-1 100 100\n"); }, 3, {"f0000.txt:1", "-1"}},
-        WrongInput{"FeatureTwice", [](OpenSrdFolder& l) { l.write(kFirst, "4 1 1\n\n4 2 2\n"); }, 3,
-                   {"f0000.txt:3", "line 1"}},
+        WrongInput{"FeatureTwice", [](OpenSrdFolder& l) { l.write(kFirst, "4 1 1\n\n4 2 2\n"); }, 3, {"f0000.txt:3", "line 1"}},
         WrongInput{"FeatureNotANumber", [](OpenSrdFolder& l) { l.write(kFirst, "0 nan 100\n"); }, 3, {"f0000.txt:1", "nan"}},
         WrongInput{"FeatureWithoutV", [](OpenSrdFolder& l) { l.write(kFirst, "0 100\n"); }, 3, {"f0000.txt:1", "id u v"}},
-        WrongInput{"NothingFitsTheModel", [](OpenSrdFolder& l) {
-                     for (std::size_t frame = 0; frame < 2; ++frame) l.write(OpenSrdFolder::feature_file(0, frame), "0 100 100\n");
-                   }, 3, {"no frame gave a surface", "2 too_few_corners"}},
+        WrongInput{"NothingFitsTheModel",
+                   [](OpenSrdFolder& l) {
+                     for (std::size_t frame = 0; frame < 2; ++frame)
+                       l.write(OpenSrdFolder::feature_file(0, frame), "0 100 100\n");
+                   },
+                   3,
+                   {"no frame gave a surface", "2 too_few_corners"}},
         WrongInput{"NoImages", [](OpenSrdFolder& l) { from_images(l); }, 3, {"IMAGES", "no such folder"}},
-        WrongInput{"UnreadableImage", [](OpenSrdFolder& l) {
+        WrongInput{"UnreadableImage",
+                   [](OpenSrdFolder& l) {
                      from_images(l);
                      l.write("IMAGES/a.png", "not an image");
-                   }, 3, {"a.png"}},
-        WrongInput{"ImageOfAnotherSize", [](OpenSrdFolder& l) {
+                   },
+                   3,
+                   {"a.png"}},
+        WrongInput{"ImageOfAnotherSize",
+                   [](OpenSrdFolder& l) {
                      from_images(l);
                      grey_image(l, "IMAGES/a.png", 640, 480);
-                   }, 3, {"a.png", "1280 x 640", "640 x 480"}},
-        WrongInput{"NoPatternInAnyImage", [](OpenSrdFolder& l) {
+                   },
+                   3,
+                   {"a.png", "1280 x 640", "640 x 480"}},
+        WrongInput{"NoPatternInAnyImage",
+                   [](OpenSrdFolder& l) {
                      from_images(l);
                      grey_image(l, "IMAGES/a.png");
                      grey_image(l, "IMAGES/b.png");
-                   }, 3, {"no frame gave a surface", "2 searching"}},
+                   },
+                   3,
+                   {"no frame gave a surface", "2 searching"}},
         WrongInput{"NoReferenceImage", [](OpenSrdFolder& l) { pose_from_image(l); }, 3, {"REF1.png", "no such file"}},
-        WrongInput{"NoBoardInTheReference", [](OpenSrdFolder& l) {
+        WrongInput{"NoBoardInTheReference",
+                   [](OpenSrdFolder& l) {
                      pose_from_image(l);
                      grey_image(l, "INPUT/REF1.png");
-                   }, 3, {"INPUT/REF1.png", "shows no board", "11 rows of 21", "0 corners"}},
-        WrongInput{"ReferenceOfAnotherSize", [](OpenSrdFolder& l) {
+                   },
+                   3,
+                   {"INPUT/REF1.png", "shows no board", "11 rows of 21", "0 corners"}},
+        WrongInput{"ReferenceOfAnotherSize",
+                   [](OpenSrdFolder& l) {
                      pose_from_image(l);
                      grey_image(l, "INPUT/REF1.png", 100, 100);
-                   }, 3, {"REF1.png", "1280 x 640"}},
+                   },
+                   3,
+                   {"REF1.png", "1280 x 640"}},
         WrongInput{"WrongSetting", [](OpenSrdFolder& l) { l.keys["Lx"] = "-1"; }, 2, {"settings.xml:", "'Lx'"}},
-        WrongInput{"TwoResultsInOneFile", [](OpenSrdFolder& l) { l.keys["OutputFileNameResiudals"] = "\"Coefficients.txt\""; },
-                   2, {"share a file"}}),
+        WrongInput{"TwoResultsInOneFile",
+                   [](OpenSrdFolder& l) { l.keys["OutputFileNameResiudals"] = "\"Coefficients.txt\""; },
+                   2,
+                   {"share a file"}}),
     [](const auto& named) { return std::string(named.param.name); });
 
 TEST(ReconstructArguments, WrongOnesAreRefused) {
   OpenSrdFolder lab(fakes::flume_scene(5, 1));
   lab.add_frame(fakes::wavy(5));
-  const std::vector<std::vector<std::string>> wrong = {
-      {"--refractive-index", "0.9"}, {"--refractive-index", "1"},   {"--refractive-index", "nan"}, {"--metric", "best"},
-      {"--rate", "0"},               {"--rate", "-5"},              {"--lx", "240"},               {"--model", "4"},
-      {"--model", "5"},              {"--modes", "A00,B"},          {"--guess", "70"},             {"--features", "none"},
-      {"--bogus"}};
+  const std::vector<std::vector<std::string>> wrong = {{"--refractive-index", "0.9"},
+                                                       {"--refractive-index", "1"},
+                                                       {"--refractive-index", "nan"},
+                                                       {"--metric", "best"},
+                                                       {"--rate", "0"},
+                                                       {"--rate", "-5"},
+                                                       {"--lx", "240"},
+                                                       {"--model", "4"},
+                                                       {"--model", "5"},
+                                                       {"--modes", "A00,B"},
+                                                       {"--guess", "70"},
+                                                       {"--features", "none"},
+                                                       {"--bogus"}};
   for (const auto& arguments : wrong) {
     const CommandResult done = lab.run(arguments);
     EXPECT_NE(done.exit, 0) << arguments[0];

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // srd reconstruct on the lab's recordings and on rendered cases with known truth. BARS: data/opensrd-2016, p1, p2.
 #include <gtest/gtest.h>
 
@@ -106,8 +107,8 @@ TEST_F(ReconstructLab, SavedFeaturesGiveTheSameCoefficientsAsTheirImages) {
     const fakes::ScratchFolder again;
     const std::string file = (data / name / "settings.xml").string();
     ASSERT_EQ(reconstruct(file).exit, 0);
-    const CommandResult second = run_command(
-        {file, "--out", again.path().string(), "--features", (folder.path() / "out").string()});
+    const CommandResult second =
+        run_command({file, "--out", again.path().string(), "--features", (folder.path() / "out").string()});
     ASSERT_EQ(second.exit, 0) << second.err;
     EXPECT_EQ(second.err, "");
     const int parameters = 5;
@@ -176,9 +177,8 @@ TEST_F(ReconstructLab, RenderedFramesAsARecording) {
   fs::create_symlink(source / "PRE_PROCESS/Calib_CAM1.yml", folder.path() / "recording/calibration.yml");
   fs::create_symlink(source / "PRE_PROCESS/FeaturesF.txt", folder.path() / "recording/points.txt");
   fs::create_symlink(source / "truth_pose_1.yml", folder.path() / "recording/pose.yml");
-  const CommandResult done =
-      reconstruct(folder.path() / "recording", {"--model", "5", "--lx", "240", "--ly", "440", "--guess", "80",
-                                                "--refractive-index", "1.336", "--rate", "50"});
+  const CommandResult done = reconstruct(folder.path() / "recording", {"--model", "5", "--lx", "240", "--ly", "440", "--guess",
+                                                                       "80", "--refractive-index", "1.336", "--rate", "50"});
   ASSERT_EQ(done.exit, 0) << done.err;
   EXPECT_EQ(done.err, "");
   EXPECT_LE(rms_against_truth("rendered/p1_5term", 5), 0.06);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // srd reconstruct on OpenSRD folders whose features follow exactly from known surfaces.
 #include <gtest/gtest.h>
 
@@ -45,8 +46,7 @@ TEST_P(ReconstructExactly, TheTrueSurfacesFromTheirFeatures) {
 INSTANTIATE_TEST_SUITE_P(Reconstruct, ReconstructExactly,
                          testing::Values(Case{1, 1, "disparity"}, Case{3, 1, "collinearity"}, Case{5, 1, "disparity"},
                                          Case{5, 2, "collinearity"}, Case{8, 1, "reprojection"}, Case{8, 3, "disparity"},
-                                         Case{12, 1, "disparity"}, Case{12, 2, "reprojection"},
-                                         Case{12, 3, "collinearity"}));
+                                         Case{12, 1, "disparity"}, Case{12, 2, "reprojection"}, Case{12, 3, "collinearity"}));
 
 TEST(Reconstruct, FindsShallowWaterFromAGuessFarOff) {
   // OpenSRD's collinearity ends at a wrong depth from such a start, and its 12 parameters lack a factor.
@@ -111,8 +111,7 @@ TEST(Reconstruct, NamesTheModesThatTheViewCannotSeparate) {
   lab.add_frame(fakes::level(5, 80));
   const CommandResult done = lab.run({"--refractive-index", "1.333"});
   EXPECT_EQ(done.exit, 3);
-  EXPECT_NE(done.err.find("1 of 1 frames: no surface: the view cannot separate A10 from A00"), std::string::npos)
-      << done.err;
+  EXPECT_NE(done.err.find("1 of 1 frames: no surface: the view cannot separate A10 from A00"), std::string::npos) << done.err;
 }
 
 TEST(Reconstruct, FilesStartAtTheLastFrameAndTheSeriesAtTheFirst) {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/simulate/command.hpp"
 
 #include <gtest/gtest.h>
@@ -114,8 +115,7 @@ TEST(Simulate, SeedChangesTheNoiseAndNothingElse) {
   const ScratchFolder folder;
   const auto scene_file = folder.write("small.toml", kSmall);
   for (const char* seed : {"5", "6"})
-    ASSERT_EQ(run({scene_file.string(), "--out", (folder.path() / seed).string(), "--seed", seed, "--frames",
-                   "1", "--pgm"})
+    ASSERT_EQ(run({scene_file.string(), "--out", (folder.path() / seed).string(), "--seed", seed, "--frames", "1", "--pgm"})
                   .exit_code,
               0);
   EXPECT_EQ(bytes_of(folder.path() / "5/truth.csv"), bytes_of(folder.path() / "6/truth.csv"));

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/listen/status_line.hpp"
 
 #include <gtest/gtest.h>
@@ -50,8 +51,9 @@ TEST_F(NodeConcerns, NamesTheNodeAndWhatIsWrongWithIt) {
   status.restarts = 3;
   status.last_end = *proto::FixedText<95>::make("SIGBUS");
   hear("b", 1, status);
-  EXPECT_TRUE(line().ends_with("  84 C  b: throttled, clock not synchronised, recording stopped, camera was away 2 times, "
-                               "restart 3 after: SIGBUS"))
+  EXPECT_TRUE(
+      line().ends_with("  84 C  b: throttled, clock not synchronised, recording stopped, camera was away 2 times, "
+                       "restart 3 after: SIGBUS"))
       << line();
   EXPECT_NE(summary_table(session_).find("restart 3 after: SIGBUS"), std::string::npos);
 }

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Runs inside an emulated root, where run.sh has put a Debian system and in /packages: install.deb, upgrade.deb (the next
 # version, with another profile), next.deb (one more), geometry/<profile>/{calibration,pose}.yml. One line a check.
 set -u
@@ -6,6 +7,7 @@ export DEBIAN_FRONTEND=noninteractive LC_ALL=C.UTF-8
 node=/etc/flume-srd/node.toml
 profile=/usr/share/flume-srd/profiles/generic-v4l2/node.toml
 unit=/usr/lib/systemd/system/flume-srd-node.service
+# shellcheck source=tests/check.sh
 . /packages/check.sh
 
 apt() { apt-get -qq -y --no-install-recommends "$@" </dev/null; }
@@ -51,7 +53,7 @@ is_named() { dpkg-query -W -f '${Version}' flume-srd-node | grep -q "$1"; }
 is_quiet() { ! "$@" 2>&1 | grep .; }
 
 check "installs with its dependencies" install
-[ $failed -eq 0 ] || exit 1
+[ "$failed" -eq 0 ] || exit 1
 check "says what to do" holds /tmp/installed "edit node.id and node.host"
 check "program is of the package's version" version_is
 check "--help" srd-node --help
@@ -102,4 +104,4 @@ if [ -e /packages/host.deb ]; then
   check "host: srd simulate" srd simulate --default-scene
   check "host: removes" apt purge flume-srd
 fi
-exit $failed
+exit "$failed"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What packages carry is right before it is packed: profiles, unit file, helper scripts. run.sh installs the packages themselves."""
 
 import os

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Installs the packages of builds into emulated Debian systems, upgrades, removes and purges them there: in_root.sh.
 # Builds what it packs. Needs root, and Debian's archive for new systems, which are kept between clones (toolchains/kept.sh).
 # Ends with a table; exit code 0 only when every architecture passed.

@@ -1,8 +1,10 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Runs on the emulated board under systemd, as root: what a technician does after installing, and what must not happen.
 set -u
 node=/etc/flume-srd/node.toml
 unit=flume-srd-node
+# shellcheck source=tests/check.sh
 . /w/check.sh
 
 comes_to() { # state; an emulated board takes its time
@@ -93,4 +95,4 @@ check "wrong configuration: the line is named" said "unknown key"
 
 # The whole journal of the service, for whoever reads a failure.
 [ $failed -eq 0 ] || journalctl -q --no-pager -u $unit
-exit $failed
+exit "$failed"

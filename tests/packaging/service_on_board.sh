@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # The packaged service under systemd on the emulated board, with its camera (vivid) and its strobe line (gpio-sim): the unit's
 # sandbox lets through what the node needs, and nothing is left lit. Checks: service_checks.sh.
 # Builds what is missing. Needs: root. Exit code 0 only when every check passed.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """write_geometry.py PROFILE.toml FOLDER: a calibration and a pose that fit a profile: its image size, its pattern in view.
 
 They are no camera's; they let a profile be checked as a technician's own files do.

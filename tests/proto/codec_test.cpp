@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <cstring>
 #include <set>
@@ -39,8 +40,7 @@ void expect_same(const CoefficientFrame& a, const CoefficientFrame& b) {
   RC_ASSERT(a.information == b.information);
   RC_ASSERT(a.metric == b.metric && a.mean_error == b.mean_error && a.reprojection_rms_px == b.reprojection_rms_px);
   RC_ASSERT(a.stop == b.stop && a.at_bound == b.at_bound && a.iterations == b.iterations);
-  RC_ASSERT(a.corners_expected == b.corners_expected && a.corners_found == b.corners_found &&
-            a.corners_used == b.corners_used);
+  RC_ASSERT(a.corners_expected == b.corners_expected && a.corners_found == b.corners_found && a.corners_used == b.corners_used);
   RC_ASSERT(a.exposure_us == b.exposure_us && a.strobe == b.strobe && a.dropped_before == b.dropped_before);
   RC_ASSERT(a.source_sequence == b.source_sequence);
   RC_ASSERT(a.detection_us == b.detection_us && a.estimation_us == b.estimation_us && a.total_us == b.total_us);
@@ -149,9 +149,9 @@ TEST(Codec, TheLargestOfEveryMessageFitsADatagram) {
   frame.at_bound = true;
   frame.strobe = StrobePhase::kDark;
   frame.source_sequence = ~std::uint64_t{0};
-  for (std::uint32_t* count : {&frame.iterations, &frame.corners_expected, &frame.corners_found, &frame.corners_used,
-                               &frame.exposure_us, &frame.dropped_before, &frame.detection_us, &frame.estimation_us,
-                               &frame.total_us})
+  for (std::uint32_t* count :
+       {&frame.iterations, &frame.corners_expected, &frame.corners_found, &frame.corners_used, &frame.exposure_us,
+        &frame.dropped_before, &frame.detection_us, &frame.estimation_us, &frame.total_us})
     *count = kMost;
   const auto large = datagram_of(header, frame);
   EXPECT_GT(large.size(), 1000u);
@@ -164,10 +164,10 @@ TEST(Codec, TheLargestOfEveryMessageFitsADatagram) {
   status.lost_ranges.clear();
   for (std::uint64_t i = 0; i < 16; ++i)
     status.lost_ranges.push({kMaxSequence - 1000 + 3 * i, kMaxSequence - 1000 + 3 * i + 2});
-  for (std::uint64_t* count : {&status.dropped_by_source, &status.dropped_late, &status.dropped_bad,
-                               &status.dropped_transmit, &status.lost, &status.resent, &status.held,
-                               &status.strobe_late, &status.clock_uncertainty_ns, &status.minor_faults,
-                               &status.major_faults, &status.recorded, &status.record_dropped, &status.disconnects, &status.bad_stamps})
+  for (std::uint64_t* count :
+       {&status.dropped_by_source, &status.dropped_late, &status.dropped_bad, &status.dropped_transmit, &status.lost,
+        &status.resent, &status.held, &status.strobe_late, &status.clock_uncertainty_ns, &status.minor_faults,
+        &status.major_faults, &status.recorded, &status.record_dropped, &status.disconnects, &status.bad_stamps})
     *count = ~std::uint64_t{0};
   status.temperature_c = -1;
   status.clock_offset_ns = -1;

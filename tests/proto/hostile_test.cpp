@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Datagrams that nobody honest sent. A quarter of a million of each kind: a million in all.
 #include <vector>
 

@@ -1,12 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "proto/information.hpp"
 
 #include <cmath>
 #include <limits>
 #include <random>
 
+#include <gtest/gtest.h>
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
-#include <gtest/gtest.h>
 
 namespace srd::proto {
 namespace {
@@ -41,8 +42,7 @@ TEST(Information, QuantisationKeepsDeviationsWithinOnePercent) {
         const Eigen::VectorXd truth = true_deviations(information);
         worst = std::max(worst, (stated.cwiseQuotient(truth).array() - 1).abs().maxCoeff());
       }
-    RecordProperty("worst_relative_error_at_condition_" + std::to_string(static_cast<long>(condition)),
-                   std::to_string(worst));
+    RecordProperty("worst_relative_error_at_condition_" + std::to_string(static_cast<long>(condition)), std::to_string(worst));
     EXPECT_LT(worst, 0.01) << "condition " << condition;
   }
 }

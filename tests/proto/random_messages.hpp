@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Random messages within the bounds of the wire, for property tests. Deterministic in the generator's state.
 #pragma once
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Whether the light went on in step with the frames: check_strobe.py KERNEL_TRACE FRAMES.csv [LEAST]
 
 The kernel's trace of the line (event gpio_value, clock mono) against the frames of a recording: the time of a frame that is

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Frames that carry their number, so that an image which went through a camera can be told from all others: a row of
 squares along the image's upper edge, white, black, then eight bits and their parity.
 

@@ -1,8 +1,11 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Runs on the emulated board as root, in /w. Ends with 0 when every step did; says what each saw.
 set -u
+# shellcheck source=tests/check.sh
 . /w/check.sh
 step() { echo "-- $*"; }
+# shellcheck source=/dev/null
 . /w/settings # NODE_HOST
 
 /lib/systemd/systemd-udevd --daemon 2>/dev/null
@@ -122,4 +125,4 @@ for fault in "gaps:[1-9][0-9]* by the source" "marked buffers:[1-9][0-9]* error 
   check "troubled: ${fault%%:*} counted" grep -qE "${fault#*:}" /w/troubled.log
 done
 tar -C /tmp -cf /w/recorded.tar calm troubled
-exit $failed
+exit "$failed"

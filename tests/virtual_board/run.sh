@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # The instrument on an emulated 64-bit ARM board with real kernel drivers: cross-builds srd-node, boots the board, plays
 # rendered water through vivid's output and capture devices, receives the records on this machine through the board's network
 # card with losses, and compares with the truth. Builds what is missing. Ends with 0 when every check held.

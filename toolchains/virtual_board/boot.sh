@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Boots the emulated board, runs WORK/on_board.sh there as root (WORK is /w) and exits with its code; 125: it did not end in
 # time. WORK/console.log keeps what the board printed. Its network card sees this machine as 10.0.2.2.
 # usage: toolchains/virtual_board/boot.sh WORK [SECONDS]
 # BOARD_ROOT: another root image; BOARD_INIT: its first process, which is then to write WORK/exit_code and to switch off.
 set -euo pipefail
 case ${1:-} in
-  "" | -h | --help) sed -n 's/^# //p' "${BASH_SOURCE[0]}"; [ -n "${1:-}" ] || exit 2; exit 0 ;;
+  "" | -h | --help) sed -n '/^# SPDX/d; s/^# //p' "${BASH_SOURCE[0]}"; [ -n "${1:-}" ] || exit 2; exit 0 ;;
 esac
 work=$(readlink -m "$1")
 limit=${2:-240}

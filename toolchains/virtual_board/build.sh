@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Makes an emulated 64-bit ARM board with real kernel drivers in build/virtual-board: Debian 12's kernel with vivid (cameras),
 # vimc (libcamera's camera) and gpio-sim (GPIO lines), an initrd, and root images with what srd-node needs to run on
 # Debian 12 and 13. Nothing is installed; no root needed. Kept between clones (kept.sh). boot.sh starts it.

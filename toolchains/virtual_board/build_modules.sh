@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # vimc and gpio-sim, which Debian's kernel packages lack, from Debian's kernel source against Debian's headers.
 # usage: build_modules.sh FOLDER VERSION; FOLDER has headers/ and linux-source-6.1/; makes modules/
 set -euo pipefail

@@ -1,4 +1,6 @@
 #!/bin/busybox sh
+# shellcheck shell=dash
+# SPDX-License-Identifier: Apache-2.0
 # The emulated board's first process: root image below a writable layer, the work folder in /w, then /w/on_board.sh.
 busybox=/bin/busybox
 $busybox mount -t proc proc /proc
@@ -8,7 +10,7 @@ for name in cat chroot insmod mkdir modprobe mount poweroff sh switch_root sync;
 $busybox mkdir -p /sbin
 for module in virtio_pci virtio_mmio virtio_blk virtio_net crc32c_generic ext4 9pnet_virtio 9p overlay configfs; do modprobe $module; done
 # Drives appear after their driver, one by one.
-for try in 1 2 3 4 5 6 7 8 9 10; do [ -b /dev/vda ] && [ -b /dev/vdb ] && break; $busybox sleep 0.2; done
+for _ in 1 2 3 4 5 6 7 8 9 10; do [ -b /dev/vda ] && [ -b /dev/vdb ] && break; $busybox sleep 0.2; done
 mount -t ext4 -o ro /dev/vda /r || echo "no root image"
 mkdir -p /layer /n
 mount -t tmpfs layer /layer

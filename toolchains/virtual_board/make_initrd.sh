@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # initrd.gz: busybox, the modules that the board loads, and init.sh.
 # usage: make_initrd.sh FOLDER INIT; FOLDER has kernel/, modules/ and root/
 set -euo pipefail

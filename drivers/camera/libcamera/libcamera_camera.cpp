@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A libcamera camera through the camera interface, and the list of those that are there.
 #include <algorithm>
 #include <chrono>
@@ -117,7 +118,8 @@ class LibcameraCamera final : public Camera {
                        session_.format().format.toString();
     if (session_.sets_rate()) text += " at " + number_text(options_.rate_hz.value_or(0)) + " Hz";
     text += session_.format().zero_copy() ? ", read in place" : ", converted to grey";
-    text += ", " + std::to_string(buffers_) + " buffers\nstamps    of the " + std::string(to_string(options_.timing.mark)) + "\n";
+    text +=
+        ", " + std::to_string(buffers_) + " buffers\nstamps    of the " + std::string(to_string(options_.timing.mark)) + "\n";
     for (const std::string& note : session_.notes()) text += "note      " + note + "\n";
     return text;
   }
@@ -168,8 +170,8 @@ class LibcameraCamera final : public Camera {
     }
     {
       const CpuRead reading(session_.dma_buf(request.buffer));
-      convert_to_gray(format.layout, format.bits, pixels, session_.stride_bytes(), own_.pixels(own_buffer),
-                      own_.stride_bytes(), width(), height());
+      convert_to_gray(format.layout, format.bits, pixels, session_.stride_bytes(), own_.pixels(own_buffer), own_.stride_bytes(),
+                      width(), height());
     }
     session_.give_back(request.buffer);
     frame.image = own_.view(own_buffer);

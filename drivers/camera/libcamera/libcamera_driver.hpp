@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cameras of the board through libcamera, as far as this build has it. No libcamera header is seen from here.
 #pragma once
 
@@ -11,16 +12,16 @@
 namespace srd {
 
 struct LibcameraOptions {
-  std::string id;              // as listed; empty: the first camera
-  int width = 0, height = 0;   // px
+  std::string id;             // as listed; empty: the first camera
+  int width = 0, height = 0;  // px
   std::optional<double> rate_hz;
-  bool rate_required = false;  // a camera that cannot do rate_hz to 1 % is refused
+  bool rate_required = false;               // a camera that cannot do rate_hz to 1 % is refused
   std::optional<std::int64_t> exposure_us;  // none: automatic exposure goes on
-  std::optional<double> gain;  // analogue, 1 and more; none: automatic, unless exposure_us is given
-  std::optional<double> sharpness;  // none: 0, which is none; 1: what the camera's maker thinks normal
-  std::optional<double> focus; // 1/m; none: the lens stays where it is
+  std::optional<double> gain;               // analogue, 1 and more; none: automatic, unless exposure_us is given
+  std::optional<double> sharpness;          // none: 0, which is none; 1: what the camera's maker thinks normal
+  std::optional<double> focus;              // 1/m; none: the lens stays where it is
   int buffers = 4;
-  FrameTiming timing;          // mark: of SensorTimestamp. The exposure that a frame reports goes before exposure_ns
+  FrameTiming timing;  // mark: of SensorTimestamp. The exposure that a frame reports goes before exposure_ns
   bool trigger_input = false;
 };
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The pixel formats that the libcamera driver takes, and how their brightness lies in memory.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/libcamera/libcamera_image.hpp"
 
 #include <algorithm>
@@ -41,9 +42,8 @@ class NamedControls {
 
  private:
   [[nodiscard]] libcamera::ControlInfoMap::const_iterator find(std::string_view name, libcamera::ControlType type) const {
-    return std::find_if(known_.begin(), known_.end(), [&](const auto& entry) {
-      return entry.first->name() == name && entry.first->type() == type;
-    });
+    return std::find_if(known_.begin(), known_.end(),
+                        [&](const auto& entry) { return entry.first->name() == name && entry.first->type() == type; });
   }
   const libcamera::ControlInfoMap& known_;
   libcamera::ControlList& set_;
@@ -58,7 +58,8 @@ std::vector<std::string> neutral_image(const libcamera::ControlInfoMap& known, c
   const float sharpness = static_cast<float>(options.sharpness.value_or(0));
   const auto sharpened = controls.real("Sharpness", sharpness);
   if (sharpened && *sharpened > 0)
-    concerns.push_back("sharpness is " + number_text(static_cast<double>(*sharpened)) + ", 0 is none: the camera sharpens edges");
+    concerns.push_back("sharpness is " + number_text(static_cast<double>(*sharpened)) +
+                       ", 0 is none: the camera sharpens edges");
   if (!sharpened && sharpness > 0) notes.push_back("sharpness cannot be set: the camera has no such control");
   if (!controls.choose("NoiseReductionMode", kOff)) concerns.push_back("noise reduction cannot be switched off");
   static_cast<void>(controls.real("Contrast", 1));

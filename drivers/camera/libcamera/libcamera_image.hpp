@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What libcamera's image processing would do to edges, grey levels and the lens, switched off where the camera has it.
 #pragma once
 

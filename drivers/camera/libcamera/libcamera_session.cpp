@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/libcamera/libcamera_session.hpp"
 
 #include <poll.h>
@@ -110,8 +111,12 @@ Outcome<void> LibcameraSession::set_up(const LibcameraOptions& options) {
   if (options.id.empty() ? cameras.empty() : manager_->get(options.id) == nullptr) {
     std::string found;
     for (const auto& camera : cameras) found += (found.empty() ? "" : ", ") + camera->id();
-    return Problem{Exit::kDevice, "no such camera", where_of(options), "a camera that libcamera knows",
-                   found.empty() ? "no cameras" : found, "check the cable; srd-node --list-cameras shows what is there"};
+    return Problem{Exit::kDevice,
+                   "no such camera",
+                   where_of(options),
+                   "a camera that libcamera knows",
+                   found.empty() ? "no cameras" : found,
+                   "check the cable; srd-node --list-cameras shows what is there"};
   }
   camera_ = options.id.empty() ? cameras.front() : manager_->get(options.id);
   id_ = camera_->id();
@@ -148,7 +153,8 @@ Outcome<void> LibcameraSession::configure(const LibcameraOptions& options) {
       stream.bufferCount = static_cast<unsigned>(options.buffers);
       if (configuration_->validate() == libcamera::CameraConfiguration::Invalid) continue;
       if (stream.pixelFormat != format.format) continue;
-      if (stream.size.width != static_cast<unsigned>(options.width) || stream.size.height != static_cast<unsigned>(options.height)) {
+      if (stream.size.width != static_cast<unsigned>(options.width) ||
+          stream.size.height != static_cast<unsigned>(options.height)) {
         size_refused = true;
         continue;
       }
@@ -160,10 +166,13 @@ Outcome<void> LibcameraSession::configure(const LibcameraOptions& options) {
       return {};
     }
   }
-  return Problem{Exit::kDevice, size_refused ? "the camera does not offer this size" : "the camera has no usable pixel format",
-                 where_of(options), std::to_string(options.width) + "x" + std::to_string(options.height) +
+  return Problem{Exit::kDevice,
+                 size_refused ? "the camera does not offer this size" : "the camera has no usable pixel format",
+                 where_of(options),
+                 std::to_string(options.width) + "x" + std::to_string(options.height) +
                      " in R8, YUV420, NV12, R10, R12, R16, YUYV or RGB888",
-                 "the camera offers\n" + offers, "calibrate the camera in a size that it offers"};
+                 "the camera offers\n" + offers,
+                 "calibrate the camera in a size that it offers"};
 }
 
 Outcome<void> LibcameraSession::map_buffers(const LibcameraOptions& options) {
@@ -202,7 +211,8 @@ Outcome<libcamera::ControlList> LibcameraSession::choose_controls(const Libcamer
       case ExposureTaken::kAsAsked: break;
       case ExposureTaken::kBoth:
         if (!options.exposure_us || !options.gain)
-          notes_.push_back(std::string(options.gain ? "exposure" : "gain") + " stays as the camera has it: it has one switch for both");
+          notes_.push_back(std::string(options.gain ? "exposure" : "gain") +
+                           " stays as the camera has it: it has one switch for both");
         break;
       case ExposureTaken::kNone:
         if (has(known, controls::ExposureTime))
@@ -217,7 +227,8 @@ Outcome<libcamera::ControlList> LibcameraSession::choose_controls(const Libcamer
   exposure_us_ = 0;
   if (options.exposure_us) {
     if (has(known, controls::ExposureTime)) {
-      exposure_us_ = inside(known, controls::ExposureTime, static_cast<std::int32_t>(*options.exposure_us), "exposure", " us", notes_);
+      exposure_us_ =
+          inside(known, controls::ExposureTime, static_cast<std::int32_t>(*options.exposure_us), "exposure", " us", notes_);
       set.set(controls::ExposureTime, static_cast<std::int32_t>(exposure_us_));
     } else {
       notes_.push_back("exposure cannot be set: the camera has no such control; frames are timed as if it were " +
@@ -226,7 +237,8 @@ Outcome<libcamera::ControlList> LibcameraSession::choose_controls(const Libcamer
   }
   if (options.gain) {
     if (has(known, controls::AnalogueGain))
-      set.set(controls::AnalogueGain, inside(known, controls::AnalogueGain, static_cast<float>(*options.gain), "gain", "", notes_));
+      set.set(controls::AnalogueGain,
+              inside(known, controls::AnalogueGain, static_cast<float>(*options.gain), "gain", "", notes_));
     else
       notes_.push_back("gain cannot be set: the camera has no such control");
   }
@@ -245,8 +257,12 @@ Outcome<libcamera::ControlList> LibcameraSession::choose_controls(const Libcamer
     const std::int64_t nearest = std::clamp(duration_us, low, high);
     const auto rate = [](std::int64_t us) { return number_text(std::round(1e9 / static_cast<double>(us)) / 1000) + " Hz"; };
     if (options.rate_required && std::abs(nearest - duration_us) * 100 > duration_us)
-      return Problem{Exit::kDevice, "the camera does not offer this frame rate", where_of(options), number_text(*options.rate_hz) + " Hz",
-                     rate(high) + " to " + rate(low), "set camera.frame_rate_hz inside this range"};
+      return Problem{Exit::kDevice,
+                     "the camera does not offer this frame rate",
+                     where_of(options),
+                     number_text(*options.rate_hz) + " Hz",
+                     rate(high) + " to " + rate(low),
+                     "set camera.frame_rate_hz inside this range"};
     notes_.push_back("frame rate " + rate(nearest) + ", the nearest that the camera offers");
     duration_us = nearest;
   }
@@ -333,7 +349,8 @@ LibcameraSession::Ready LibcameraSession::wait(std::chrono::nanoseconds timeout)
   for (;;) {
     if (completed_.front() != nullptr) return Ready::kFrame;
     if (gone_.load(std::memory_order_acquire)) return Ready::kGone;
-    const auto left = std::max(std::chrono::nanoseconds(0), std::chrono::nanoseconds(deadline - std::chrono::steady_clock::now()));
+    const auto left =
+        std::max(std::chrono::nanoseconds(0), std::chrono::nanoseconds(deadline - std::chrono::steady_clock::now()));
     const timespec time = timespec_of(left.count());
     pollfd asked{wakeup_.get(), POLLIN, 0};
     if (::ppoll(&asked, 1, &time, nullptr) == 0) return Ready::kTimeout;

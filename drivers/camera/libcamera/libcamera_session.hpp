@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One libcamera camera, configured and streaming: requests made once, mapped once, reused. Torn down as a whole.
 #pragma once
 
@@ -27,7 +28,7 @@ namespace srd {
 // What libcamera's thread hands over.
 struct CompletedRequest {
   std::uint32_t buffer = 0;
-  bool numbered = false;         // sequence is this frame's: a cancelled request has the last frame's of its buffer
+  bool numbered = false;  // sequence is this frame's: a cancelled request has the last frame's of its buffer
   std::uint32_t sequence = 0;
   std::int64_t stamp_ns = 0;     // 0: none
   std::int64_t exposure_us = 0;  // 0: not reported
@@ -58,9 +59,7 @@ class LibcameraSession {
     return mapped_[buffer].region.data() + mapped_[buffer].offset;
   }
   // -1: no such buffer (any more).
-  [[nodiscard]] int dma_buf(std::uint32_t buffer) const noexcept {
-    return buffer < mapped_.size() ? mapped_[buffer].fd : -1;
-  }
+  [[nodiscard]] int dma_buf(std::uint32_t buffer) const noexcept { return buffer < mapped_.size() ? mapped_[buffer].fd : -1; }
   [[nodiscard]] int buffers() const noexcept { return static_cast<int>(requests_.size()); }
   [[nodiscard]] int stride_bytes() const noexcept { return stride_; }
   [[nodiscard]] const LibcameraFormat& format() const noexcept { return format_; }

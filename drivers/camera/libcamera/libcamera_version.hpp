@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where libcamera's releases differ: 0.0.3 (Debian 12) and 0.4 (Debian 13). Nothing else of the driver asks for a version.
 #pragma once
 
@@ -7,9 +8,8 @@
 #include <array>
 #include <memory>
 
-#define SRD_LIBCAMERA_AT_LEAST(major, minor)  \
-  (LIBCAMERA_VERSION_MAJOR > (major) ||       \
-   (LIBCAMERA_VERSION_MAJOR == (major) && LIBCAMERA_VERSION_MINOR >= (minor)))
+#define SRD_LIBCAMERA_AT_LEAST(major, minor) \
+  (LIBCAMERA_VERSION_MAJOR > (major) || (LIBCAMERA_VERSION_MAJOR == (major) && LIBCAMERA_VERSION_MINOR >= (minor)))
 
 namespace srd {
 

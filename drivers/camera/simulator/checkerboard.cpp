@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/simulator/checkerboard.hpp"
 
 #include <cmath>
@@ -16,8 +17,8 @@ constexpr int kSteps = 128;  // a unit of z; linear interpolation then errs by <
 double correlation_gain(double x, double y, double rho) {
   constexpr std::array<double, 5> kNode{-0.90617984593866399, -0.53846931010568309, 0, 0.53846931010568309,
                                         0.90617984593866399};
-  constexpr std::array<double, 5> kWeight{0.23692688505618909, 0.47862867049936647, 0.56888888888888889,
-                                          0.47862867049936647, 0.23692688505618909};
+  constexpr std::array<double, 5> kWeight{0.23692688505618909, 0.47862867049936647, 0.56888888888888889, 0.47862867049936647,
+                                          0.23692688505618909};
   // asin by its series: |rho| <= 0.7 (1e-6 there).
   double term = rho, angle = rho;
   for (int n = 1; n < 16; ++n) {
@@ -37,8 +38,7 @@ double correlation_gain(double x, double y, double rho) {
 
 }  // namespace
 
-FilteredCheckerboard::FilteredCheckerboard(int rows, int columns, int border_squares, bool origin_dark,
-                                           double margin)
+FilteredCheckerboard::FilteredCheckerboard(int rows, int columns, int border_squares, bool origin_dark, double margin)
     : last_x_(rows - 1 + border_squares),
       last_y_(columns - 1 + border_squares),
       first_(-border_squares),
@@ -67,8 +67,8 @@ float FilteredCheckerboard::near_edge(int nx, int ny, float zx, float zy, float 
   const Edge a = edge(nx, zx, first_, last_x_), b = edge(ny, zy, first_, last_y_);
   float wave = a.wave * b.wave, inside = a.inside * b.inside;
   if (a.wave_jump != 0 && b.wave_jump != 0) {
-    const auto gain = static_cast<float>(
-        correlation_gain(static_cast<double>(zx), static_cast<double>(zy), static_cast<double>(rho)));
+    const auto gain =
+        static_cast<float>(correlation_gain(static_cast<double>(zx), static_cast<double>(zy), static_cast<double>(rho)));
     wave += a.wave_jump * b.wave_jump * gain;
     inside += a.inside_jump * b.inside_jump * gain;
   }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A checkerboard seen through a Gaussian: the mean over a bivariate normal distribution of points on the
 // board, exact for a locally linear map (straight edges that cross at any angle).
 #pragma once
@@ -21,8 +22,7 @@ class FilteredCheckerboard {
     const bool far_x = zx >= kFarthest || zx <= -kFarthest, far_y = zy >= kFarthest || zy <= -kFarthest;
     if (far_x && far_y) {  // most pixels: one square, or none
       const int square_x = zx > 0 ? nx : nx - 1, square_y = zy > 0 ? ny : ny - 1;
-      if (square_x < first_ || square_x >= last_x_ || square_y < first_ || square_y >= last_y_)
-        return margin_;
+      if (square_x < first_ || square_x >= last_x_ || square_y < first_ || square_y >= last_y_) return margin_;
       return ((square_x + square_y) & 1) == 0 ? 0.5F + sign_ : 0.5F - sign_;
     }
     return near_edge(nx, ny, zx, zy, rho);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/simulator/noise.hpp"
 
 #include <algorithm>
@@ -38,19 +39,15 @@ PixelNoise::PixelNoise(std::uint64_t seed, double sigma)
   if (sigma_q8_ > 0) quantile_ = normal_quantiles();
 }
 
-void PixelNoise::finish_row(std::uint64_t frame, int row, std::span<const std::int32_t> levels_q8,
-                            std::uint8_t* pixels) const {
-  const auto rounded = [](std::int32_t q8) {
-    return static_cast<std::uint8_t>(std::clamp((q8 + 128) >> 8, 0, 255));
-  };
+void PixelNoise::finish_row(std::uint64_t frame, int row, std::span<const std::int32_t> levels_q8, std::uint8_t* pixels) const {
+  const auto rounded = [](std::int32_t q8) { return static_cast<std::uint8_t>(std::clamp((q8 + 128) >> 8, 0, 255)); };
   const std::size_t width = levels_q8.size();
   if (sigma_q8_ == 0) {
     for (std::size_t u = 0; u < width; ++u) pixels[u] = rounded(levels_q8[u]);
     return;
   }
   // One key a row; the counter of a key runs over blocks of four pixels.
-  const std::uint64_t key =
-      stable::mix(seed_ ^ stable::mix((frame << 16) + static_cast<std::uint64_t>(row) + 1));
+  const std::uint64_t key = stable::mix(seed_ ^ stable::mix((frame << 16) + static_cast<std::uint64_t>(row) + 1));
   for (std::size_t u = 0; u < width;) {
     std::uint64_t bits = stable::mix(key + u);
     const std::size_t end = std::min(u + 4, width);

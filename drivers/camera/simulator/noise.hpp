@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Normal noise of an image as a function of (seed, frame, row, column): no state, the same on every machine.
 #pragma once
 
@@ -14,8 +15,7 @@ class PixelNoise {
 
   // Adds noise to grey levels in 1/256, rounds, and limits to 0..255. levels and pixels have one length.
   // |deviate| <= 4.33 sigma: the quantiles of 2^16 equal parts of the normal distribution.
-  void finish_row(std::uint64_t frame, int row, std::span<const std::int32_t> levels_q8,
-                  std::uint8_t* pixels) const;
+  void finish_row(std::uint64_t frame, int row, std::span<const std::int32_t> levels_q8, std::uint8_t* pixels) const;
 
  private:
   std::uint64_t seed_;

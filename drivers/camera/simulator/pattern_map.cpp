@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/simulator/pattern_map.hpp"
 
 #include <Eigen/LU>
@@ -18,8 +19,7 @@ constexpr double kLeastWeight = 0x1p-10;
 
 }  // namespace
 
-PatternMap::PatternMap(const dsp::View<double>& view, int width, int height, double square_mm, double blur_px,
-                       int step)
+PatternMap::PatternMap(const dsp::View<double>& view, int width, int height, double square_mm, double blur_px, int step)
     : view_(view),
       centre_(view.pose.centre()),
       width_(width),
@@ -36,12 +36,10 @@ PatternMap::PatternMap(const dsp::View<double>& view, int width, int height, dou
   whole_.resize(sights_.size());
   for (int phase = 0; phase < step; ++phase) {  // Lagrange's cubic through nodes -1, 0, 1, 2
     const double t = static_cast<double>(phase) / step;
-    cubic_.push_back(
-        {static_cast<float>(-t * (t - 1) * (t - 2) / 6), static_cast<float>((t + 1) * (t - 1) * (t - 2) / 2),
-         static_cast<float>(-(t + 1) * t * (t - 2) / 2), static_cast<float>((t + 1) * t * (t - 1) / 6)});
+    cubic_.push_back({static_cast<float>(-t * (t - 1) * (t - 2) / 6), static_cast<float>((t + 1) * (t - 1) * (t - 2) / 2),
+                      static_cast<float>(-(t + 1) * t * (t - 2) / 2), static_cast<float>((t + 1) * t * (t - 1) / 6)});
   }
-  for (auto* line : {&line_.x, &line_.y, &line_.wx, &line_.wy, &line_.rho})
-    line->resize(static_cast<std::size_t>(columns_));
+  for (auto* line : {&line_.x, &line_.y, &line_.wx, &line_.wy, &line_.rho}) line->resize(static_cast<std::size_t>(columns_));
 }
 
 PatternMap::Sight PatternMap::sight(double u, double v) const {
@@ -77,14 +75,11 @@ PatternMap::Seen PatternMap::seen(const Sight& sight, double& distance) const {
   out.wx = 1 / (blur_px_ * gx);
   out.wy = 1 / (blur_px_ * gy);
   out.rho = jacobian.row(0).dot(jacobian.row(1)) / (gx * gy);
-  out.valid = std::isfinite(out.x + out.y + out.wx + out.wy + out.rho) && out.wx > kLeastWeight &&
-              out.wy > kLeastWeight;
+  out.valid = std::isfinite(out.x + out.y + out.wx + out.wy + out.rho) && out.wx > kLeastWeight && out.wy > kLeastWeight;
   return out;
 }
 
-bool PatternMap::whole(int column, int row) const {
-  return whole_[static_cast<std::size_t>(row * columns_ + column)] != 0;
-}
+bool PatternMap::whole(int column, int row) const { return whole_[static_cast<std::size_t>(row * columns_ + column)] != 0; }
 
 void PatternMap::trace(const dsp::SurfaceModel<double>& model, const dsp::Coefficients<double>& a,
                        const dsp::Media<double>& media) {
@@ -108,8 +103,7 @@ void PatternMap::trace(const dsp::SurfaceModel<double>& model, const dsp::Coeffi
     for (int i = 1; i + 2 < columns_; ++i) {
       bool all = true;
       for (int y = -1; y <= 2; ++y)
-        for (int x = -1; x <= 2; ++x)
-          all = all && nodes_[static_cast<std::size_t>((j + y) * columns_ + i + x)].valid;
+        for (int x = -1; x <= 2; ++x) all = all && nodes_[static_cast<std::size_t>((j + y) * columns_ + i + x)].valid;
       whole_[static_cast<std::size_t>(j * columns_ + i)] = all ? 1 : 0;
     }
 }
@@ -164,8 +158,7 @@ void PatternMap::row(int v, PatternRow& out) {
 
 double PatternMap::interpolation_error() {
   PatternRow line;
-  for (auto* values : {&line.x, &line.y, &line.wx, &line.wy, &line.rho})
-    values->resize(static_cast<std::size_t>(width_));
+  for (auto* values : {&line.x, &line.y, &line.wx, &line.wy, &line.rho}) values->resize(static_cast<std::size_t>(width_));
   double worst = 0;
   for (int v = step_ / 2; v < height_; v += step_) {
     row(v, line);

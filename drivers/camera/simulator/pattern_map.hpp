@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which point of the pattern each pixel sees through the water, and how its blur lies there. Rays are traced
 // on a grid of pixels (optics (6)-(8)) and interpolated by cubics; pixels whose grid is incomplete are traced
 // one by one.
@@ -19,12 +20,10 @@ struct PatternRow {
 class PatternMap {
  public:
   // blur_px: standard deviation of the whole blur, > 0. step: of the grid, px. Reserves all memory.
-  PatternMap(const dsp::View<double>& view, int width, int height, double square_mm, double blur_px,
-             int step);
+  PatternMap(const dsp::View<double>& view, int width, int height, double square_mm, double blur_px, int step);
 
   // Traces the grid through a surface. No heap.
-  void trace(const dsp::SurfaceModel<double>& model, const dsp::Coefficients<double>& a,
-             const dsp::Media<double>& media);
+  void trace(const dsp::SurfaceModel<double>& model, const dsp::Coefficients<double>& a, const dsp::Media<double>& media);
   // Row v of the surface traced last; vectors of width entries. No heap.
   void row(int v, PatternRow& out);
   // Largest distance (px) between interpolated and traced rays over the middles of the grid's cells, where it

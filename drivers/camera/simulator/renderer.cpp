@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/simulator/renderer.hpp"
 
 #include <algorithm>
@@ -16,13 +17,11 @@ constexpr double kMostGridError = 0.0003;                                // px
 constexpr double kSpotReach = 5;                                         // radii
 constexpr std::uint64_t kReferenceFrame = (std::uint64_t{1} << 47) - 1;  // its noise is no frame's
 
-double whole_blur(const Scene& scene) {
-  return std::sqrt(scene.blur_px * scene.blur_px + kPixelAreaVariance);
-}
+double whole_blur(const Scene& scene) { return std::sqrt(scene.blur_px * scene.blur_px + kPixelAreaVariance); }
 
 std::unique_ptr<PatternMap> make_map(const Scene& scene, int step) {
-  return std::make_unique<PatternMap>(scene.view(), scene.width(), scene.height(), scene.pattern.square_mm,
-                                      whole_blur(scene), step);
+  return std::make_unique<PatternMap>(scene.view(), scene.width(), scene.height(), scene.pattern.square_mm, whole_blur(scene),
+                                      step);
 }
 
 }  // namespace
@@ -33,20 +32,18 @@ DryTank dry_tank(const Scene& scene) {
   dry.model.modes = dsp::ModeList::make({&level, 1}).value();
   dry.media.water = dry.media.air;
   double plates = 0;
-  for (int i = 0; i < scene.media.n_layers; ++i)
-    plates += scene.media.layers[static_cast<std::size_t>(i)].thickness;
+  for (int i = 0; i < scene.media.n_layers; ++i) plates += scene.media.layers[static_cast<std::size_t>(i)].thickness;
   dry.coefficients[0] = plates + 1;  // mm; above the plates, so that every ray meets it first
   return dry;
 }
 
 Renderer::Renderer(const Scene& scene)
     : scene_(scene),
-      board_(scene.pattern.rows, scene.pattern.columns, scene.pattern.border_squares,
-             scene.pattern.origin_dark, scene.pattern.margin),
+      board_(scene.pattern.rows, scene.pattern.columns, scene.pattern.border_squares, scene.pattern.origin_dark,
+             scene.pattern.margin),
       noise_(scene.seed, scene.noise) {
   const auto width = static_cast<std::size_t>(scene.width());
-  for (auto* values :
-       {&pattern_row_.x, &pattern_row_.y, &pattern_row_.wx, &pattern_row_.wy, &pattern_row_.rho, &levels_})
+  for (auto* values : {&pattern_row_.x, &pattern_row_.y, &pattern_row_.wx, &pattern_row_.wy, &pattern_row_.rho, &levels_})
     values->resize(width);
   levels_q8_.resize(width);
   for (const GlareSpot& spot : scene.glare) {
@@ -66,8 +63,7 @@ double Renderer::sampled_grid_error() {
   double worst = 0;
   for (int i = 0; i < kSamples; ++i) {
     const double time = period * (i + 0.3) / kSamples;
-    map_->trace(scene_.surface, scene_.coefficients(static_cast<std::uint64_t>(time * scene_.rate_hz)),
-                scene_.media);
+    map_->trace(scene_.surface, scene_.coefficients(static_cast<std::uint64_t>(time * scene_.rate_hz)), scene_.media);
     worst = std::max(worst, map_->interpolation_error());
     if (period == 0) break;
   }
@@ -76,9 +72,8 @@ double Renderer::sampled_grid_error() {
 
 Outcome<Renderer> Renderer::make(const Scene& scene) {
   const auto problem = [&](std::string what, std::string expected, std::string found, std::string advice) {
-    return Problem{Exit::kUsage,     "scene: " + std::move(what),
-                   scene.name,       std::move(expected),
-                   std::move(found), std::move(advice)};
+    return Problem{Exit::kUsage,     "scene: " + std::move(what), scene.name, std::move(expected), std::move(found),
+                   std::move(advice)};
   };
   const auto pixels = truth_pixels(scene, 0);
   if (!pixels)
@@ -97,8 +92,7 @@ Outcome<Renderer> Renderer::make(const Scene& scene) {
     if (u < 0 || v < 0 || u >= scene.width() || v >= scene.height()) continue;
     renderer.map_->row(static_cast<int>(v), renderer.pattern_row_);
     const auto at = static_cast<std::size_t>(u);
-    const double narrowest =
-        static_cast<double>(std::min(renderer.pattern_row_.wx[at], renderer.pattern_row_.wy[at]));
+    const double narrowest = static_cast<double>(std::min(renderer.pattern_row_.wx[at], renderer.pattern_row_.wy[at]));
     if (!(narrowest >= FilteredCheckerboard::kLeastWeight))
       return problem("the squares are too small for the blur",
                      "squares of at least 8 times the blur and pixel together, " +
@@ -153,9 +147,7 @@ void Renderer::levels_row(int v, bool glare) {
     const auto at = static_cast<std::size_t>(u);
     const float wx = pattern_row_.wx[at];
     float level = 0;  // no pattern in sight: the inside of the tank
-    if (wx > 0)
-      level =
-          board_.level(pattern_row_.x[at], pattern_row_.y[at], wx, pattern_row_.wy[at], pattern_row_.rho[at]);
+    if (wx > 0) level = board_.level(pattern_row_.x[at], pattern_row_.y[at], wx, pattern_row_.wy[at], pattern_row_.rho[at]);
     const float x = static_cast<float>(u) - static_cast<float>(cu);
     const float gain = even ? constant : constant + x * (linear + x * square);
     levels_[at] = (dark + contrast * level) * std::max(gain, 0.0F);
@@ -174,8 +166,7 @@ void Renderer::finish(std::uint64_t frame, bool glare, const GrayBuffer& image) 
   assert(image.width == scene_.width() && image.height == scene_.height());
   for (int v = 0; v < image.height; ++v) {
     levels_row(v, glare);
-    for (std::size_t u = 0; u < levels_.size(); ++u)
-      levels_q8_[u] = static_cast<std::int32_t>(levels_[u] * 256 + 0.5F);
+    for (std::size_t u = 0; u < levels_.size(); ++u) levels_q8_[u] = static_cast<std::int32_t>(levels_[u] * 256 + 0.5F);
     noise_.finish_row(frame, v, levels_q8_, image.pixels + static_cast<std::int64_t>(v) * image.stride_bytes);
   }
 }
@@ -197,8 +188,7 @@ void Renderer::render_levels(std::uint64_t frame, std::span<float> levels) {
   place_glare(frame);
   for (int v = 0; v < scene_.height(); ++v) {
     levels_row(v, true);
-    std::copy(levels_.begin(), levels_.end(),
-              levels.begin() + static_cast<std::ptrdiff_t>(v) * scene_.width());
+    std::copy(levels_.begin(), levels_.end(), levels.begin() + static_cast<std::ptrdiff_t>(v) * scene_.width());
   }
 }
 
@@ -206,16 +196,14 @@ void Renderer::render_levels(const dsp::Coefficients<double>& coefficients, std:
   map_->trace(scene_.surface, coefficients, scene_.media);
   for (int v = 0; v < scene_.height(); ++v) {
     levels_row(v, false);
-    std::copy(levels_.begin(), levels_.end(),
-              levels.begin() + static_cast<std::ptrdiff_t>(v) * scene_.width());
+    std::copy(levels_.begin(), levels_.end(), levels.begin() + static_cast<std::ptrdiff_t>(v) * scene_.width());
   }
 }
 
 namespace {
 
 Result<std::vector<dsp::Vec2<double>>> pixels_of(const Scene& scene, const dsp::SurfaceModel<double>& model,
-                                                 const dsp::Coefficients<double>& a,
-                                                 const dsp::Media<double>& media) {
+                                                 const dsp::Coefficients<double>& a, const dsp::Media<double>& media) {
   std::vector<dsp::Vec2<double>> pixels;
   const dsp::View<double> view = scene.view();
   for (const dsp::Vec3<double>& point : scene.points()) {

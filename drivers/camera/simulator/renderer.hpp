@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Images of a scene: every pixel's ray is traced through the water to the pattern (optics (6)-(8)), and the
 // pattern is averaged over the lens's blur and the pixel's area, so that corners lie where the truth says to
 // some 1e-4 px.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/simulator/scene.hpp"
 
 #include <Eigen/Geometry>
@@ -53,15 +54,12 @@ void read_pose(TomlTable table, Scene& scene) {
   const auto vector = [](const std::vector<double>& v) { return dsp::Vec3<double>(v[0], v[1], v[2]); };
   if (by_matrix) {
     for (const char* key : {"centre_mm", "target_mm", "roll_deg"})
-      if (table.has(key))
-        table.complain(key, "either centre_mm, target_mm, roll_deg or rotation, translation_mm", "both");
+      if (table.has(key)) table.complain(key, "either centre_mm, target_mm, roll_deg or rotation, translation_mm", "both");
     if (!table.has("rotation")) table.missing("rotation", "nine numbers beside translation_mm");
     if (!table.has("translation_mm")) table.missing("translation_mm", "three numbers beside rotation");
     if (!rotation || !translation) return;
-    const dsp::Mat3<double> r =
-        Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rotation->data());
-    if ((r * r.transpose() - dsp::Mat3<double>::Identity()).cwiseAbs().maxCoeff() > 1e-6 ||
-        r.determinant() < 0)
+    const dsp::Mat3<double> r = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rotation->data());
+    if ((r * r.transpose() - dsp::Mat3<double>::Identity()).cwiseAbs().maxCoeff() > 1e-6 || r.determinant() < 0)
       table.complain("rotation", "an orthonormal matrix of determinant +1 (to 1e-6)", "another matrix");
     scene.pose = {r, vector(*translation)};
   } else if (table.has("centre_mm") || table.has("target_mm") || table.has("roll_deg")) {
@@ -70,8 +68,7 @@ void read_pose(TomlTable table, Scene& scene) {
     if (!centre || !target) return;
     const auto pose = look_at(vector(*centre), vector(*target), roll.value_or(0) * kDegree);
     if (!pose) {
-      table.complain("target_mm", "a point that the camera does not see along Y",
-                     "centre and target on one such line");
+      table.complain("target_mm", "a point that the camera does not see along Y", "centre and target on one such line");
       return;
     }
     scene.pose = *pose;
@@ -88,8 +85,7 @@ void read_pattern(TomlTable table, BoardPattern& pattern) {
   set(pattern.square_mm, table.number("square_mm", range(1e-3, 1e4, "mm")));
   set(pattern.border_squares, table.integer("border_squares", range(1, 1000)));
   set(pattern.margin, table.number("margin", range(0, 1)));
-  if (const auto word = table.choice("origin_square", {"dark", "bright"}))
-    pattern.origin_dark = *word == "dark";
+  if (const auto word = table.choice("origin_square", {"dark", "bright"})) pattern.origin_dark = *word == "dark";
 }
 
 void read_tank(TomlTable table, Scene& scene) {
@@ -102,14 +98,12 @@ void read_tank(TomlTable table, Scene& scene) {
   for (const char* key : {"water_temperature_c", "salinity_per_mille", "wavelength_nm"}) {
     if (!table.has(key)) continue;
     ++given;
-    if (by_index)
-      table.complain(key, "either refractive_index or temperature, salinity and wavelength", "both");
+    if (by_index) table.complain(key, "either refractive_index or temperature, salinity and wavelength", "both");
   }
   if (given > 0 && given < 3 && !by_index)
     for (const char* key : {"water_temperature_c", "salinity_per_mille", "wavelength_nm"})
       if (!table.has(key)) table.missing(key, "temperature, salinity and wavelength together");
-  if (temperature && salinity && wavelength)
-    scene.media.water = dsp::water_index(*temperature, *salinity, *wavelength);
+  if (temperature && salinity && wavelength) scene.media.water = dsp::water_index(*temperature, *salinity, *wavelength);
   if (!table.has("plate")) return;
   scene.media.n_layers = 0;
   for (TomlTable plate : table.tables("plate")) {
@@ -162,8 +156,7 @@ void read_light(TomlTable table, Light& light) {
   set(light.dark, table.number("dark", range(0, 255, "grey levels")));
   set(light.bright, table.number("bright", range(0, 255, "grey levels")));
   set(light.gradient_percent, table.number("gradient_percent", range(-200, 200, "percent")));
-  if (const auto direction = table.number("gradient_direction_deg"))
-    light.gradient_direction_rad = *direction * kDegree;
+  if (const auto direction = table.number("gradient_direction_deg")) light.gradient_direction_rad = *direction * kDegree;
   set(light.vignette_percent, table.number("vignette_percent", range(0, 100, "percent")));
   if (light.dark >= light.bright)
     table.complain("dark", "less than bright", number_text(light.dark) + " and " + number_text(light.bright));
@@ -189,16 +182,13 @@ void check_depth(TomlTable table, const Scene& scene) {
   double lowest = 0, plates = 0;
   for (const ModeMotion& motion : scene.motions) {
     const bool level = motion.mode == dsp::Mode{};
-    lowest += level ? motion.mean_mm - std::abs(motion.amplitude_mm)
-              : motion.mode.kind == dsp::Mode::Kind::kCosine
-                  ? -std::abs(motion.mean_mm) - std::abs(motion.amplitude_mm)
-                  : 0;
+    lowest += level                                          ? motion.mean_mm - std::abs(motion.amplitude_mm)
+              : motion.mode.kind == dsp::Mode::Kind::kCosine ? -std::abs(motion.mean_mm) - std::abs(motion.amplitude_mm)
+                                                             : 0;
   }
-  for (int i = 0; i < scene.media.n_layers; ++i)
-    plates += scene.media.layers[static_cast<std::size_t>(i)].thickness;
+  for (int i = 0; i < scene.media.n_layers; ++i) plates += scene.media.layers[static_cast<std::size_t>(i)].thickness;
   if (lowest > plates) return;
-  table.complain("mode",
-                 "water above the pattern and its plates (" + number_text(plates) + " mm) at all times",
+  table.complain("mode", "water above the pattern and its plates (" + number_text(plates) + " mm) at all times",
                  "a level that can fall to " + number_text(lowest) + " mm", "raise mean_mm of A00");
 }
 
@@ -245,14 +235,12 @@ dsp::Coefficients<double> Scene::coefficients(std::uint64_t frame) const {
     const ModeMotion& motion = motions[j];
     // Whole turns go first: an endless run keeps its precision.
     const double turns = std::fmod(motion.frequency_hz * t, 1.0);
-    a[static_cast<Eigen::Index>(j)] =
-        motion.mean_mm + motion.amplitude_mm * std::sin(2 * M_PI * turns + motion.phase_rad);
+    a[static_cast<Eigen::Index>(j)] = motion.mean_mm + motion.amplitude_mm * std::sin(2 * M_PI * turns + motion.phase_rad);
   }
   return a;
 }
 
-Result<dsp::Pose<double>> look_at(const dsp::Vec3<double>& centre, const dsp::Vec3<double>& target,
-                                  double roll_rad) {
+Result<dsp::Pose<double>> look_at(const dsp::Vec3<double>& centre, const dsp::Vec3<double>& target, double roll_rad) {
   const dsp::Vec3<double> forward = (target - centre).normalized();
   dsp::Vec3<double> right = dsp::Vec3<double>::UnitY() - forward.y() * forward;
   if (!(right.norm() > 1e-6)) return Errc::kSingular;

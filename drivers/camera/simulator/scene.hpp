@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the simulator renders: a camera over a checkerboard under moving water, in a TOML file.
 // Frames and symbols: optics page. Keys that a file leaves out have the built-in scene's values.
 #pragma once
@@ -82,8 +83,8 @@ struct Scene {
 // Camera at centre (mm), looking at target; at roll 0 the image's u runs with Y as far as the direction
 // allows, and a positive roll turns the camera clockwise as seen from behind. kSingular when it looks along
 // Y.
-[[nodiscard]] Result<dsp::Pose<double>> look_at(const dsp::Vec3<double>& centre,
-                                                const dsp::Vec3<double>& target, double roll_rad);
+[[nodiscard]] Result<dsp::Pose<double>> look_at(const dsp::Vec3<double>& centre, const dsp::Vec3<double>& target,
+                                                double roll_rad);
 
 // kUsage with file and line for everything that is wrong in the file.
 [[nodiscard]] Outcome<Scene> read_scene(const std::filesystem::path& file);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The surfaces that a scene's frames show, as truth.csv keeps them.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // exp, the normal distribution and random bits that are the same to the last bit on every machine: made of
 // IEEE additions, products and quotients alone, where libm may differ from one C library to the next.
 #pragma once
@@ -10,8 +11,7 @@ namespace srd::stable {
 // e^x for -700 <= x <= 0, relative error below 1e-15.
 [[nodiscard]] constexpr double exp_negative(double x) {
   constexpr double kLn2High = 0x1.62e42fee00000p-1, kLn2Low = 0x1.a39ef35793c76p-33;
-  const auto k =
-      static_cast<std::int64_t>(x / (kLn2High + kLn2Low) - 0.5);  // towards zero: nearest for x <= 0
+  const auto k = static_cast<std::int64_t>(x / (kLn2High + kLn2Low) - 0.5);  // towards zero: nearest for x <= 0
   const double r = (x - static_cast<double>(k) * kLn2High) - static_cast<double>(k) * kLn2Low;
   double sum = 1;
   for (int n = 13; n > 0; --n) sum = 1 + sum * r / n;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/v4l2/v4l2_apply.hpp"
 
 #include <cerrno>
@@ -43,9 +44,8 @@ int take_detected_timings(V4l2Port& port) noexcept {
   std::memset(&found, 0, sizeof found);
   std::memset(&set, 0, sizeof set);
   if (port.control(VIDIOC_QUERY_DV_TIMINGS, &found) != 0) return 0;  // nothing plugged in, or it cannot tell
-  if (port.control(VIDIOC_G_DV_TIMINGS, &set) == 0 && set.bt.width == found.bt.width &&
-      set.bt.height == found.bt.height && set.bt.pixelclock == found.bt.pixelclock &&
-      set.bt.interlaced == found.bt.interlaced)
+  if (port.control(VIDIOC_G_DV_TIMINGS, &set) == 0 && set.bt.width == found.bt.width && set.bt.height == found.bt.height &&
+      set.bt.pixelclock == found.bt.pixelclock && set.bt.interlaced == found.bt.interlaced)
     return 0;
   return port.control(VIDIOC_S_DV_TIMINGS, &found);
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Settings put into an open device. No heap, no exception: used at the start and when a device comes back.
 #pragma once
 
@@ -29,6 +30,8 @@ struct V4l2Answer {
 [[nodiscard]] int take_detected_timings(V4l2Port& port) noexcept;
 
 // Two rates that are the same to 1 %.
-[[nodiscard]] constexpr bool same_rate(double a_hz, double b_hz) { return a_hz - b_hz <= 0.01 * b_hz && b_hz - a_hz <= 0.01 * b_hz; }
+[[nodiscard]] constexpr bool same_rate(double a_hz, double b_hz) {
+  return a_hz - b_hz <= 0.01 * b_hz && b_hz - a_hz <= 0.01 * b_hz;
+}
 
 }  // namespace srd

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/v4l2/v4l2_camera.hpp"
 
 #include <algorithm>
@@ -147,9 +148,7 @@ void V4l2Camera::give_back(const CameraFrame& frame) noexcept {
     own_.release(frame.buffer);
 }
 
-std::int64_t V4l2Camera::stall_ns() const noexcept {
-  return std::max(kStallLeast, kStallPeriods * plan_.settings.period_ns());
-}
+std::int64_t V4l2Camera::stall_ns() const noexcept { return std::max(kStallLeast, kStallPeriods * plan_.settings.period_ns()); }
 
 void V4l2Camera::note_waiting() noexcept {
   if (options_.trigger_input || late_ || stream_.queued() == 0) return;
@@ -216,11 +215,12 @@ std::string V4l2Camera::summary() const {
   if (!started_) return {};
   std::string text = "camera    " + plan_.identity.card + " (" + plan_.identity.driver + ", " + plan_.identity.bus + "), " +
                      std::to_string(width()) + " x " + std::to_string(height()) + " " + std::string(plan_.format.name);
-  if (plan_.rate_hz > 0) text += " at " + number_text(static_cast<double>(static_cast<std::int64_t>(plan_.rate_hz * 1000 + 0.5)) / 1000) + " Hz";
+  if (plan_.rate_hz > 0)
+    text += " at " + number_text(static_cast<double>(static_cast<std::int64_t>(plan_.rate_hz * 1000 + 0.5)) / 1000) + " Hz";
   text += plan_.format.zero_copy() ? ", read in place" : ", converted to grey";
   text += ", " + std::to_string(buffers_) + " buffers\n";
-  text += "stamps    " + std::string(stream_.clock() == ClockId::kMonotonic ? "monotonic" : "of an unknown clock") + ", of the " +
-          std::string(to_string(timing_.mark)) + (options_.stamp ? " (as configured)" : "") + "\n";
+  text += "stamps    " + std::string(stream_.clock() == ClockId::kMonotonic ? "monotonic" : "of an unknown clock") +
+          ", of the " + std::string(to_string(timing_.mark)) + (options_.stamp ? " (as configured)" : "") + "\n";
   for (const std::string& note : plan_.notes) text += "note      " + note + "\n";
   return text;
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A V4L2 capture device through the camera interface.
 #pragma once
 
@@ -68,7 +69,7 @@ class V4l2Camera final : public Camera {
   bool started_ = false, away_ = false, back_ = false, late_ = false;
   std::int64_t last_frame_ns_ = 0;  // monotonic; of the start too
   std::int64_t next_try_ns_ = 0;
-  V4l2Failure why_;                 // of being away
+  V4l2Failure why_;  // of being away
   bool stopped_away_ = false;
 };
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/v4l2/v4l2_controls.hpp"
 
 #include <linux/videodev2.h>
@@ -14,7 +15,7 @@ namespace srd {
 namespace {
 
 constexpr std::int64_t kAbsoluteUnitUs = 100;  // of V4L2_CID_EXPOSURE_ABSOLUTE
-constexpr std::int32_t kNeutralGamma = 100;     // of V4L2_CID_GAMMA on UVC devices
+constexpr std::int32_t kNeutralGamma = 100;    // of V4L2_CID_GAMMA on UVC devices
 
 // A control that is there and can be written.
 std::optional<v4l2_queryctrl> find(V4l2Port& port, std::uint32_t id) {
@@ -53,8 +54,7 @@ std::string range_of(const v4l2_queryctrl& control, std::int64_t unit, const cha
          (*name == '\0' ? "" : std::string(" ") + name);
 }
 
-void plan_exposure(V4l2Port& port, std::optional<std::int64_t> exposure_us, V4l2Settings& settings,
-                   V4l2ControlPlan& plan) {
+void plan_exposure(V4l2Port& port, std::optional<std::int64_t> exposure_us, V4l2Settings& settings, V4l2ControlPlan& plan) {
   const auto automatic = find(port, V4L2_CID_EXPOSURE_AUTO);
   const auto absolute = find(port, V4L2_CID_EXPOSURE_ABSOLUTE);
   const auto lines = find(port, V4L2_CID_EXPOSURE);
@@ -62,11 +62,10 @@ void plan_exposure(V4l2Port& port, std::optional<std::int64_t> exposure_us, V4l2
     const auto mode = automatic ? value_of(port, V4L2_CID_EXPOSURE_AUTO) : std::optional<std::int32_t>();
     const bool fixed = !mode || *mode == V4L2_EXPOSURE_MANUAL || *mode == V4L2_EXPOSURE_SHUTTER_PRIORITY;
     if (absolute && fixed)
-      if (const auto value = value_of(port, V4L2_CID_EXPOSURE_ABSOLUTE))
-        plan.exposure_ns = 1000 * kAbsoluteUnitUs * *value;
-    plan.notes.push_back(plan.exposure_ns > 0
-                             ? "exposure left at " + std::to_string(plan.exposure_ns / 1000) + " us"
-                             : fixed ? "exposure left as it is, unknown" : "exposure left automatic: frames have no known exposure");
+      if (const auto value = value_of(port, V4L2_CID_EXPOSURE_ABSOLUTE)) plan.exposure_ns = 1000 * kAbsoluteUnitUs * *value;
+    plan.notes.push_back(plan.exposure_ns > 0 ? "exposure left at " + std::to_string(plan.exposure_ns / 1000) + " us"
+                         : fixed              ? "exposure left as it is, unknown"
+                                              : "exposure left automatic: frames have no known exposure");
     return;
   }
   if (automatic) {
@@ -96,8 +95,7 @@ void plan_exposure(V4l2Port& port, std::optional<std::int64_t> exposure_us, V4l2
                          (now ? ", now " + std::to_string(*now) : std::string()) +
                          "); left as it is, and frames are timed as if it were " + wanted);
   } else {
-    plan.notes.push_back("exposure cannot be set: the device has no such control; frames are timed as if it were " +
-                         wanted);
+    plan.notes.push_back("exposure cannot be set: the device has no such control; frames are timed as if it were " + wanted);
   }
 }
 
@@ -133,7 +131,8 @@ void plan_image(V4l2Port& port, std::optional<double> sharpness, V4l2Settings& s
     if (const auto control = find(port, id)) settings.add_control(id, control->minimum);
   if (const auto control = find(port, V4L2_CID_CONTRAST)) settings.add_control(V4L2_CID_CONTRAST, control->default_value);
   // UVC counts in hundredths: other devices' units have no known neutral value.
-  if (const auto control = find(port, V4L2_CID_GAMMA); control && control->minimum <= kNeutralGamma && control->maximum >= 2 * kNeutralGamma)
+  if (const auto control = find(port, V4L2_CID_GAMMA);
+      control && control->minimum <= kNeutralGamma && control->maximum >= 2 * kNeutralGamma)
     settings.add_control(V4L2_CID_GAMMA, nearest(*control, kNeutralGamma));
 }
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Exposure, gain, focus and what would change the image of a capture device: what is asked, as controls that it has. At start, not in the loop.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The pixel formats that the V4L2 driver takes, and how their brightness lies in memory. Pure; any thread.
 #pragma once
 
@@ -17,7 +18,7 @@ struct V4l2PixelFormat {
   std::string_view name;  // as the configuration says it
   std::uint32_t code;     // V4L2_PIX_FMT_*
   GrayLayout layout;
-  int bits;               // that a pixel of two bytes uses
+  int bits;  // that a pixel of two bytes uses
   [[nodiscard]] constexpr bool zero_copy() const { return layout == GrayLayout::kBytes; }
 };
 

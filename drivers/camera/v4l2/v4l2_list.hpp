@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The V4L2 capture devices of this machine, for a person.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/v4l2/v4l2_offers.hpp"
 
 #include <algorithm>
@@ -26,9 +27,7 @@ std::string text_of(const std::uint8_t (&field)[kLength]) {
   return std::string(characters, strnlen(characters, kLength));
 }
 
-std::string hz_text(double hz) {
-  return number_text(std::round(hz * 1000) / 1000);
-}
+std::string hz_text(double hz) { return number_text(std::round(hz * 1000) / 1000); }
 
 std::vector<V4l2Size> sizes_of(V4l2Port& port, std::uint32_t code) {
   std::vector<V4l2Size> sizes;
@@ -44,9 +43,13 @@ std::vector<V4l2Size> sizes_of(V4l2Port& port, std::uint32_t code) {
       size.height = size.least_height = static_cast<int>(found.discrete.height);
     } else {
       const v4l2_frmsize_stepwise& all = found.stepwise;
-      size = {static_cast<int>(all.max_width),  static_cast<int>(all.max_height),
-              static_cast<int>(all.min_width),  static_cast<int>(all.min_height),
-              static_cast<int>(all.step_width), static_cast<int>(all.step_height), {}};
+      size = {static_cast<int>(all.max_width),
+              static_cast<int>(all.max_height),
+              static_cast<int>(all.min_width),
+              static_cast<int>(all.min_height),
+              static_cast<int>(all.step_width),
+              static_cast<int>(all.step_height),
+              {}};
     }
     size.rates = rates_of(port, code, size.width, size.height);
     sizes.push_back(std::move(size));
@@ -68,9 +71,7 @@ std::string size_text(const V4l2Size& size) {
 
 }  // namespace
 
-bool V4l2Identity::captures() const {
-  return (capabilities & (V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_VIDEO_CAPTURE_MPLANE)) != 0;
-}
+bool V4l2Identity::captures() const { return (capabilities & (V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_VIDEO_CAPTURE_MPLANE)) != 0; }
 bool V4l2Identity::multi_planar() const { return captures() && (capabilities & V4L2_CAP_VIDEO_CAPTURE) == 0; }
 bool V4l2Identity::streams() const { return (capabilities & V4L2_CAP_STREAMING) != 0; }
 

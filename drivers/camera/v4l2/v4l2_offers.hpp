@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a capture device says that it can do: formats, sizes, rates. At start and for listings, not in the loop.
 #pragma once
 
@@ -17,7 +18,7 @@ struct V4l2Rates {
 
 // One size, or all from least to most in steps.
 struct V4l2Size {
-  int width = 0, height = 0;            // px; the largest of a range
+  int width = 0, height = 0;  // px; the largest of a range
   int least_width = 0, least_height = 0;
   int step_width = 0, step_height = 0;  // 0: one size
   V4l2Rates rates;                      // at width x height; empty: the device does not say

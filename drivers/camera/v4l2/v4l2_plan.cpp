@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/v4l2/v4l2_plan.hpp"
 
 #include <cerrno>
@@ -29,8 +30,12 @@ class Planner {
     if (const int error = port_.open(ask_.path.c_str()); error != 0) return failed(V4l2Step::kOpen, error);
     if (const int error = identify(port_, plan_.identity); error != 0) return failed(V4l2Step::kCapability, error);
     if (!plan_.identity.captures() || !plan_.identity.streams())
-      return Problem{Exit::kDevice, "not a camera", ask_.path, "a video capture device that streams",
-                     plan_.identity.kind() + ", " + plan_.identity.card, "srd-node --list-cameras shows what is there"};
+      return Problem{Exit::kDevice,
+                     "not a camera",
+                     ask_.path,
+                     "a video capture device that streams",
+                     plan_.identity.kind() + ", " + plan_.identity.card,
+                     "srd-node --list-cameras shows what is there"};
     V4l2Settings& settings = plan_.settings;
     settings.multi_planar = plan_.identity.multi_planar();
     settings.width = ask_.width;
@@ -51,7 +56,10 @@ class Planner {
   Problem failed(V4l2Step step, int error) const { return problem_of({step, error}, ask_.path); }
 
   Problem refused(std::string what, std::string expected, std::string advice) const {
-    return {Exit::kDevice, std::move(what), ask_.path, std::move(expected),
+    return {Exit::kDevice,
+            std::move(what),
+            ask_.path,
+            std::move(expected),
             "the device (" + plan_.identity.card + ") offers\n" + offers_text(offers_, "    ", input_size_),
             std::move(advice)};
   }
@@ -102,9 +110,12 @@ class Planner {
       return refused("the camera gives interlaced fields", "whole frames (progressive)",
                      "choose another input or mode of the device");
     if (!named)
-      return refused("the camera has no usable pixel format", ask_.format == "auto" ? "one of " + v4l2_format_names().substr(6) : ask_.format,
-                     ask_.format == "auto" ? "this camera cannot be used" : "set camera.format to one that it offers, or \"auto\"");
-    return refused("the camera does not offer this size", size_text(ask_.width, ask_.height) + " in " + (ask_.format == "auto" ? "any format" : ask_.format),
+      return refused(
+          "the camera has no usable pixel format",
+          ask_.format == "auto" ? "one of " + v4l2_format_names().substr(6) : ask_.format,
+          ask_.format == "auto" ? "this camera cannot be used" : "set camera.format to one that it offers, or \"auto\"");
+    return refused("the camera does not offer this size",
+                   size_text(ask_.width, ask_.height) + " in " + (ask_.format == "auto" ? "any format" : ask_.format),
                    "calibrate the camera in a size that it offers");
   }
 
@@ -120,8 +131,7 @@ class Planner {
       rate.parm.capture.timeperframe.denominator = static_cast<std::uint32_t>(std::lround(*ask_.rate_hz * 1000));
       if (const int error = port_.control(VIDIOC_S_PARM, &rate); error != 0) return failed(V4l2Step::kInterval, error);
     }
-    if (known && rate.parm.capture.timeperframe.numerator != 0)
-      settings.interval = rate.parm.capture.timeperframe;
+    if (known && rate.parm.capture.timeperframe.numerator != 0) settings.interval = rate.parm.capture.timeperframe;
     if (settings.period_ns() > 0)
       plan_.rate_hz = static_cast<double>(settings.interval.denominator) / settings.interval.numerator;
     if (!ask_.rate_hz) return {};
@@ -139,7 +149,8 @@ class Planner {
       plan_.notes.push_back("frame rate " + given + ", the device's own");
       return {};
     }
-    return refused("the camera does not offer this frame rate", wanted + " at " + size_text(ask_.width, ask_.height) + " " + std::string(plan_.format.name),
+    return refused("the camera does not offer this frame rate",
+                   wanted + " at " + size_text(ask_.width, ask_.height) + " " + std::string(plan_.format.name),
                    "it would run at " + given + ": set camera.frame_rate_hz to that, or to one that it offers");
   }
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is agreed with a capture device before its stream starts. Finds it out with the device open; at start only.
 #pragma once
 
@@ -18,21 +19,21 @@ struct V4l2Ask {
   std::string format = "auto";  // a name of kV4l2Formats
   int width = 0, height = 0;    // px
   std::optional<double> rate_hz;
-  bool rate_required = false;   // a device that cannot do rate_hz to 1 % is refused; else its own rate is a note
+  bool rate_required = false;  // a device that cannot do rate_hz to 1 % is refused; else its own rate is a note
   std::optional<std::int64_t> exposure_us;
-  std::optional<double> gain;   // in the device's units
+  std::optional<double> gain;       // in the device's units
   std::optional<double> sharpness;  // in the device's units; none: its least
-  std::optional<double> focus;  // in the device's units; none: the lens stays where it is
-  int buffers = 4;              // 3 to FramePool::kMostBuffers
+  std::optional<double> focus;      // in the device's units; none: the lens stays where it is
+  int buffers = 4;                  // 3 to FramePool::kMostBuffers
 };
 
 struct V4l2Plan {
   V4l2Settings settings;
   V4l2PixelFormat format{};
   V4l2Identity identity;
-  double rate_hz = 0;              // 0: unknown
-  std::int64_t exposure_ns = 0;    // 0: unknown
-  std::vector<std::string> notes;  // clamped values, what cannot be set
+  double rate_hz = 0;                 // 0: unknown
+  std::int64_t exposure_ns = 0;       // 0: unknown
+  std::vector<std::string> notes;     // clamped values, what cannot be set
   std::vector<std::string> concerns;  // Camera::image_concerns
 };
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The system calls on one video device, and the clock: all that the V4L2 driver asks of the machine. Tests script it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Why a device cannot be had, in words.
 #include <grp.h>
 #include <sys/stat.h>
@@ -80,9 +81,7 @@ Problem problem_of(const V4l2Failure& failure, const std::string& path) {
       problem.advice = "ask for fewer camera.buffers";
       break;
     case EPIPE:
-    case ENOLINK:
-      problem.advice = "the parts of the camera are not linked for this format: see media-ctl -p";
-      break;
+    case ENOLINK: problem.advice = "the parts of the camera are not linked for this format: see media-ctl -p"; break;
     default: break;
   }
   return problem;

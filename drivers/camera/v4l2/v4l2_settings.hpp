@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a capture device is told, at the start and again when it comes back: plain numbers, so that neither needs the heap.
 #pragma once
 
@@ -19,9 +20,9 @@ struct V4l2Control {
 struct V4l2Settings {
   static constexpr int kMostControls = 20;
 
-  std::uint32_t code = 0;  // V4L2_PIX_FMT_*
-  int width = 0, height = 0;  // px
-  bool multi_planar = false;  // the device's kind of interface, not the format's
+  std::uint32_t code = 0;       // V4L2_PIX_FMT_*
+  int width = 0, height = 0;    // px
+  bool multi_planar = false;    // the device's kind of interface, not the format's
   bool detect_timings = false;  // an HDMI or SDI input: take the timings of what is plugged in
   bool set_interval = false;    // the device lets its frame rate be set
   v4l2_fract interval{0, 0};    // s; 0/0: unknown
@@ -43,14 +44,25 @@ struct V4l2Settings {
 
 // Where setting a device up ended, for a text made later.
 enum class V4l2Step : std::uint8_t {
-  kDone, kOpen, kCapability, kTimings, kFormat, kInterval, kControl, kBuffers, kMap, kQueue, kStreamOn, kStalled,
+  kDone,
+  kOpen,
+  kCapability,
+  kTimings,
+  kFormat,
+  kInterval,
+  kControl,
+  kBuffers,
+  kMap,
+  kQueue,
+  kStreamOn,
+  kStalled,
 };
 
 struct V4l2Failure {
   V4l2Step step = V4l2Step::kDone;
-  int error = 0;  // errno; 0: the device did something else than it was asked
-  std::uint32_t code = 0;         // of kFormat: what the device offered instead
-  int width = 0, height = 0;      // px
+  int error = 0;              // errno; 0: the device did something else than it was asked
+  std::uint32_t code = 0;     // of kFormat: what the device offered instead
+  int width = 0, height = 0;  // px
   [[nodiscard]] bool any() const { return step != V4l2Step::kDone; }
 };
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/v4l2/v4l2_stream.hpp"
 
 #include <linux/videodev2.h>
@@ -149,8 +150,7 @@ void V4l2Stream::give_back(std::uint32_t buffer) noexcept {
 void V4l2Stream::requeue_idle() noexcept {
   const std::lock_guard lock(mutex_);
   for (int i = 0; i < count_; ++i)
-    if (slots_[static_cast<std::size_t>(i)].holder == Holder::kNobody)
-      static_cast<void>(queue(static_cast<std::uint32_t>(i)));
+    if (slots_[static_cast<std::size_t>(i)].holder == Holder::kNobody) static_cast<void>(queue(static_cast<std::uint32_t>(i)));
 }
 
 int V4l2Stream::queue(std::uint32_t buffer) noexcept {
@@ -163,8 +163,8 @@ int V4l2Stream::queue(std::uint32_t buffer) noexcept {
 }
 
 void V4l2Stream::read_flags(std::uint32_t flags) noexcept {
-  clock_ = (flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC ? ClockId::kMonotonic
-                                                                                       : ClockId::kUnknown;
+  clock_ =
+      (flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC ? ClockId::kMonotonic : ClockId::kUnknown;
   mark_ = (flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE ? StampMark::kExposureStart
                                                                                   : StampMark::kFrameEnd;
 }

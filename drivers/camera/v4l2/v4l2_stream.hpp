@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A running capture: the driver's buffers mapped once, taken and given back. No heap, no exception, so that a device
 // which went away can be taken up again in the frame loop.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Images that OpenCV wrote, through our readers and through OpenCV's.
 #include <gtest/gtest.h>
 
@@ -35,15 +36,13 @@ TEST(OtherImages, CutOnesAreRefused) {
 TEST(OtherImages, SixteenBitsAreShiftedToEight) {
   const ScratchFolder folder;
   cv::Mat wide(5, 7, CV_16UC1);
-  for (int i = 0; i < 35; ++i)
-    wide.at<std::uint16_t>(i / 7, i % 7) = static_cast<std::uint16_t>(i * 1800 + 255);
+  for (int i = 0; i < 35; ++i) wide.at<std::uint16_t>(i / 7, i % 7) = static_cast<std::uint16_t>(i * 1800 + 255);
   ASSERT_TRUE(cv::imwrite((folder.path() / "a.png").string(), wide));
   ASSERT_TRUE(cv::imwrite((folder.path() / "a.pgm").string(), wide));
   for (const char* name : {"a.png", "a.pgm"}) {
     const auto image = read_gray_image(folder.path() / name);
     ASSERT_TRUE(image);
-    for (int i = 0; i < 35; ++i)
-      EXPECT_EQ(image->pixels[static_cast<std::size_t>(i)], (i * 1800 + 255) >> 8) << name;
+    for (int i = 0; i < 35; ++i) EXPECT_EQ(image->pixels[static_cast<std::size_t>(i)], (i * 1800 + 255) >> 8) << name;
   }
 }
 

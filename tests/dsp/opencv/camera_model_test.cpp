@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Against OpenCV's own projection. Where results are the same bit for bit on every architecture, one of them
 // is enough.
 #include <gtest/gtest.h>
