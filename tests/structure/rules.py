@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Rules about the tree that a compiler does not check. Each gives a list of "file:line: what is wrong"."""
 import pathlib
 import re
@@ -21,6 +22,8 @@ DSP_NOT_STD = {
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^">]+)[">]')
 SOURCES = {".c", ".cc", ".cpp", ".h", ".hpp"}
 MOST_LINES = 500
+EQUATION = re.compile(r"^    .*\S\s{2,}\((\d+[a-z]?)\)$")
+LICENCE = "SPDX-License-Identifier: Apache-2.0"
 # A folder of one person's machine, at the start of a path.
 MACHINE_PATH = re.compile(r"(?<![\w.})\]*~-])/(?:home|root|work|Users)/")
 
@@ -89,3 +92,36 @@ def machine_path_problems(root):
         for number, line in enumerate(lines_of(root, name), 1)
         if MACHINE_PATH.search(line)
     ]
+
+
+def licence_problems(root):
+    """Sources and scripts say their licence in one of their first lines, as SPDX has it."""
+    problems = []
+    for name in source_files(root):
+        path, lines = pathlib.Path(name), lines_of(root, name)
+        script = bool(lines) and lines[0].startswith("#!")
+        if path.suffix in SOURCES | {".sh", ".py", ".cmake", ".proto"} or path.name == "CMakeLists.txt" or script:
+            if not any(line.endswith(LICENCE) for line in lines[:3]):
+                problems.append(f"{name}:1: expected a comment: {LICENCE}")
+    return problems
+
+
+def equation_problems(root, page="dsp/OPTICS.md"):
+    """Each numbered equation of the page has a row in its table, and each file that is named there cites it."""
+    lines = lines_of(root, page)
+    numbers = {found.group(1) for line in lines if (found := EQUATION.search(line))}
+    rows = [re.match(r"\| ((?:\(\d+[a-z]?\) ?)+)\| (.+) \|$", line) for line in lines]
+    places = {number: row.group(2) for row in rows if row for number in re.findall(r"\((\w+)\)", row.group(1))}
+    problems = [f"{page}: equation ({number}) has no row" for number in sorted(numbers - places.keys())]
+    problems += [f"{page}: a row of ({number}), which is no equation" for number in sorted(places.keys() - numbers)]
+    for number, place in places.items():
+        if place.startswith("not computed"):
+            continue
+        path = pathlib.Path(root) / place
+        if not path.is_file():
+            problems.append(f"{page}: ({number}): no file {place}")
+        elif not re.search(rf"\({number}\)", "\n".join(line for line in lines_of(root, place) if "//" in line)) and not any(
+                int(low) <= int(number.rstrip("abc")) <= int(high)
+                for low, high in re.findall(r"\((\d+)\)-\((\d+)\)", path.read_text(encoding="utf-8"))):
+            problems.append(f"{place}: does not cite ({number})")
+    return problems

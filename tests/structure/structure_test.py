@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """The tree keeps its rules, and each rule catches a small tree that breaks it. Run by ctest, one case at a time."""
 import pathlib
 import tempfile
@@ -31,6 +32,27 @@ class Structure(unittest.TestCase):
 
     def test_no_path_of_one_machine(self):
         self.assert_clean(rules.machine_path_problems(ROOT))
+
+    def test_equations_have_a_file_each(self):
+        self.assert_clean(rules.equation_problems(ROOT))
+
+    def test_equations_without_their_file_are_found(self):
+        page = "    a = b      (1)\n    c = d      (2)\n    e = f      (3)\n    g = h      (4)\n\n" \
+               "| (1) (9) | dsp/a.hpp |\n| (2) | dsp/b.hpp |\n| (4) | dsp/a.hpp |\n"
+        root = self.tree({"dsp/OPTICS.md": page, "dsp/a.hpp": "// optics (1), (9)\nint b(4);\n"})
+        found = rules.equation_problems(root)
+        self.assertEqual(["dsp/OPTICS.md: (2): no file dsp/b.hpp", "dsp/OPTICS.md: a row of (9), which is no equation",
+                          "dsp/OPTICS.md: equation (3) has no row", "dsp/a.hpp: does not cite (4)"], sorted(found))
+
+    def test_sources_name_their_licence(self):
+        self.assert_clean(rules.licence_problems(ROOT))
+
+    def test_sources_without_licence_are_found(self):
+        licence = "SPDX-License-Identifier: Apache-2.0\n"
+        root = self.tree({"dsp/a.cpp": f"// {licence}", "dsp/b.cpp": "int a;\n", "tests/c": "#!/bin/sh\ntrue\n",
+                          "tests/d.sh": f"#!/bin/sh\n# {licence}", "README.md": "a\n", "CMakeLists.txt": "\n\n\n# " + licence})
+        self.assertEqual(["CMakeLists.txt:1", "dsp/b.cpp:1", "tests/c:1"],
+                         sorted(problem.split(": ")[0] for problem in rules.licence_problems(root)))
 
     def test_wrong_includes_are_found(self):
         wrong = {
