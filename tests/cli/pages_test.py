@@ -120,9 +120,6 @@ class Pages(unittest.TestCase):
             listed = subprocess.run([BUILD / "tests" / name, *words[1:], "--gtest_list_tests"], cwd=ROOT, check=True,
                                     capture_output=True, text=True).stdout
             self.assertIn("\n  ", listed, "no test has such a name")
-        elif name.startswith("srd_fuzz_"):
-            fuzzers = {f"srd_fuzz_{source.stem.removesuffix('_fuzzer')}" for source in (ROOT / "tests/fuzz").glob("*_fuzzer.cpp")}
-            self.assertIn(name, fuzzers)
         elif program.startswith("build/"):  # of another preset: a target of this name
             self.assertTrue(any(re.search(rf"add_executable\({name}\b", file.read_text()) for file in
                                 (ROOT / "tests").rglob("CMakeLists.txt")), f"nothing builds {name}")
