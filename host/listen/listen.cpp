@@ -45,6 +45,7 @@ struct Listener {
   Session session;
   Rate rate{};
   std::int64_t shown_ns = 0;
+  std::size_t shared_told = 0;  // of the receiver's shared_ids()
 
   void send(const std::vector<Answer>& answers) {
     // One that the system does not take is made up for by the next.
@@ -65,6 +66,9 @@ struct Listener {
     const auto answers = session.advance();
     if (!answers) return answers.error();
     send(*answers);
+    const auto& shared = session.receiver().shared_ids();
+    for (; shared_told < shared.size(); ++shared_told)
+      options.say("warning: " + shared_id_text(session.receiver(), shared[shared_told]));
     const std::int64_t now = steady_ns();
     if (options.show && now - shown_ns >= kShowEvery) {
       options.show(status_line(session, rate.update(session.rows(), now)));

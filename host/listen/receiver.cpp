@@ -11,14 +11,28 @@ using proto::BootId;
 using proto::CoefficientFrame;
 using proto::NodeStatus;
 
-Source* Receiver::source_of(const proto::NodeHeader& header) {
+Source* Receiver::source_of(const proto::NodeHeader& header, std::int64_t now) {
   const auto found = sources_.find(header.from);
   if (found != sources_.end()) return &found->second;
   if (sources_.size() >= kMostSources) return nullptr;
   SequenceSet recorded;
   if (const auto before = recorded_.find(header.from); before != recorded_.end()) recorded = std::move(before->second);
-  Source source{.stream = Stream(std::move(recorded), header.oldest_held), .address = {}, .order = heard_sources_++};
+  Source source{.stream = Stream(std::move(recorded), header.oldest_held),
+                .address = {},
+                .first_heard_ns = now,
+                .order = heard_sources_++};
   return &sources_.emplace(header.from, std::move(source)).first->second;
+}
+
+void Receiver::look_for_namesake(const BootId& id, Source& source, std::int64_t now) {
+  if (source.shares_id) return;
+  for (auto at = sources_.lower_bound({id.node, 0}); at != sources_.end() && at->first.node == id.node; ++at) {
+    const Source& other = at->second;
+    if (other.order <= source.order || now - other.first_heard_ns < kOldBootIsSilentAfter) continue;
+    source.shares_id = true;
+    shared_ids_.emplace_back(id, at->first);
+    return;
+  }
 }
 
 void Receiver::receive(std::span<const std::uint8_t> datagram, const Address& from, std::int64_t now) {
@@ -29,13 +43,14 @@ void Receiver::receive(std::span<const std::uint8_t> datagram, const Address& fr
     return;
   }
   const proto::NodeHeader& header = message->header;
-  Source* source = source_of(header);
+  Source* source = source_of(header, now);
   if (source == nullptr) {
     ++counts_.no_room;
     return;
   }
   Stream& stream = source->stream;
   const std::size_t waited = stream.waiting();
+  const std::uint64_t spoken_of = source->next_sequence;
   source->address = from;
   source->heard_ns = now;
   source->answer_due = answer_due_ = true;
@@ -58,6 +73,7 @@ void Receiver::receive(std::span<const std::uint8_t> datagram, const Address& fr
   } else {
     ++source->features;
   }
+  if (source->next_sequence > spoken_of) look_for_namesake(header.from, *source, now);
   waiting_ += stream.waiting() - waited;
 }
 

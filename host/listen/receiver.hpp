@@ -22,7 +22,7 @@ namespace srd::host {
 struct Source {
   Stream stream;
   Address address;  // where its last datagram came from
-  std::int64_t heard_ns = 0;
+  std::int64_t first_heard_ns = 0, heard_ns = 0;
   std::uint64_t order = 0;  // in which boots were first heard
   bool answer_due = false;
   bool ended = false;               // it said goodbye and nothing is missing
@@ -30,6 +30,7 @@ struct Source {
   std::uint64_t features = 0;       // chunks of corners
   proto::NodeStatus status{};       // the last
   bool has_status = false;
+  bool shares_id = false;  // it measured on long after a younger boot of its node had come: two nodes have one id
 };
 
 struct ReceiverCounts {
@@ -44,6 +45,9 @@ class Receiver {
   static constexpr std::size_t kMostWaiting = 32768;
   // An older boot of a node that has come back with a new one, silent for so long, is over: its gaps are lost.
   static constexpr std::int64_t kSupersededAfter = 5'000'000'000;
+
+  // A node that has come back measures no more under its old boot; so long after, nothing of it is under way either.
+  static constexpr std::int64_t kOldBootIsSilentAfter = 2'000'000'000;
 
   // recorded: what the record has already, by boot. session: random.
   Receiver(std::map<proto::BootId, SequenceSet> recorded, std::uint64_t session)
@@ -71,9 +75,12 @@ class Receiver {
 
   [[nodiscard]] const std::map<proto::BootId, Source>& sources() const { return sources_; }
   [[nodiscard]] const ReceiverCounts& counts() const { return counts_; }
+  // Boots of two nodes that measure under one id, the older first, as they were found out. Frames of both are delivered.
+  [[nodiscard]] const std::vector<std::pair<proto::BootId, proto::BootId>>& shared_ids() const { return shared_ids_; }
 
  private:
-  Source* source_of(const proto::NodeHeader& header);
+  Source* source_of(const proto::NodeHeader& header, std::int64_t now);
+  void look_for_namesake(const proto::BootId& id, Source& source, std::int64_t now);
 
   std::map<proto::BootId, SequenceSet> recorded_;
   std::map<proto::BootId, Source> sources_;
@@ -84,6 +91,7 @@ class Receiver {
   bool answer_due_ = false;
   proto::BootId turn_;  // whose frame is ready next
   ReceiverCounts counts_;
+  std::vector<std::pair<proto::BootId, proto::BootId>> shared_ids_;
 };
 
 }  // namespace srd::host

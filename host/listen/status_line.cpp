@@ -84,6 +84,14 @@ std::string range_text(const std::vector<proto::SequenceRange>& ranges, std::siz
   return text;
 }
 
+std::string shared_id_text(const Receiver& receiver, const std::pair<proto::BootId, proto::BootId>& boots) {
+  const auto where = [&](const proto::BootId& id) {
+    return receiver.sources().at(id).address.text() + " (" + boot_text(id.boot) + ")";
+  };
+  return "two nodes measure under the id '" + std::string(boots.first.node.view()) + "': " + where(boots.first) + " and " +
+         where(boots.second) + "; the record tells their frames apart by boot alone: give one another node.id";
+}
+
 std::string status_line(const Session& session, double rate_hz) {
   std::set<proto::NodeId> nodes;
   std::uint64_t missing = 0, lost = 0, resent = 0, duplicates = 0;
@@ -122,6 +130,7 @@ std::string summary_table(const Session& session) {
     out += formatted("%-16s %-20s %10" PRIu64 " %9" PRIu64 " %8" PRIu64 " %8" PRIu64 " %10" PRIu64 "  %s\n", id.node.c_str(),
                      boot_text(id.boot).c_str(), counts.delivered, source.stream.missing(), counts.lost, source.status.resent,
                      counts.duplicates, ending_of(source));
+    if (source.shares_id) out += "  another node measured under this id at the same time\n";
     if (counts.lost > 0) out += "  frames that are in no record: " + range_text(source.stream.lost_ranges(), 20) + "\n";
     if (source.has_status) out += health_text(source.status);
     if (source.stream.waiting() > 0)

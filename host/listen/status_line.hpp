@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host/listen/session.hpp"
@@ -16,6 +17,9 @@ namespace srd::host {
 
 // A line a boot: node, boot, rows, how it ended, what was lost and where; then what was rejected.
 [[nodiscard]] std::string summary_table(const Session& session);
+
+// Of a pair of Receiver::shared_ids().
+[[nodiscard]] std::string shared_id_text(const Receiver& receiver, const std::pair<proto::BootId, proto::BootId>& boots);
 
 // What a person should know of a node that measures: "throttled", "clock not synchronised", "restart 2 after: ..".
 [[nodiscard]] std::vector<std::string> concerns(const proto::NodeStatus& status);

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "host/listen/status_line.hpp"
 #include "proto/check.hpp"
 #include "proto/host_codec.hpp"
 #include "proto/node_codec.hpp"
@@ -74,6 +75,42 @@ TEST(Receiver, ReplayedDatagramsAddNoRows) {
     }
   EXPECT_EQ(rows, 200u);
   EXPECT_EQ(receiver.sources().at(boot).stream.counts().duplicates, 49u * 200);
+}
+
+TEST(Receiver, TwoLivingNodesOfOneIdAreTold) {
+  Generator random(3);
+  Receiver receiver({}, 1);
+  const auto id = *proto::NodeId::make("n");
+  const auto at = [](const char* address) { return Address::parse(address, "test").value(); };
+  constexpr std::int64_t kFrame = 20'000'000;  // ns
+  for (std::uint64_t s = 0; s < 300; ++s) {
+    const auto now = static_cast<std::int64_t>(s) * kFrame;
+    receiver.receive(datagram_of({{id, 1}, s, 0}, proto::testing::any_frame(random, 5)), at("10.0.0.1:9"), now);
+    if (s >= 50) receiver.receive(datagram_of({{id, 2}, s, 0}, proto::testing::any_frame(random, 5)), at("10.0.0.2:9"), now);
+    const bool long_enough = now >= 50 * kFrame + Receiver::kOldBootIsSilentAfter;
+    EXPECT_EQ(receiver.shared_ids().size(), long_enough ? 1u : 0u) << s;
+  }
+  const auto text = shared_id_text(receiver, receiver.shared_ids().front());
+  for (const char* part : {"'n'", "10.0.0.1:9 (b0000000000000001)", "10.0.0.2:9 (b0000000000000002)", "node.id"})
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+  EXPECT_TRUE(receiver.sources().at({id, 1}).shares_id);
+  EXPECT_FALSE(receiver.sources().at({id, 2}).shares_id);
+}
+
+// What a node sends again of an old boot, however late, is none that it measures now.
+TEST(Receiver, ANodeThatCameBackIsNoSecondOne) {
+  Generator random(4);
+  Receiver receiver({}, 1);
+  const auto id = *proto::NodeId::make("n");
+  std::vector<Bytes> old;
+  for (std::uint64_t s = 0; s < 100; ++s) old.push_back(datagram_of({{id, 1}, s, 0}, proto::testing::any_frame(random, 5)));
+  for (const Bytes& datagram : old) receiver.receive(datagram, somewhere(), 0);
+  for (std::uint64_t s = 0; s < 500; ++s) {
+    const auto now = static_cast<std::int64_t>(s) * 20'000'000;
+    receiver.receive(datagram_of({{id, 2}, s, 0}, proto::testing::any_frame(random, 5)), somewhere(), now);
+    receiver.receive(old[s % old.size()], somewhere(), now);
+  }
+  EXPECT_TRUE(receiver.shared_ids().empty());
 }
 
 // Someone without a key can make whole datagrams; they must not eat the memory.
