@@ -191,6 +191,13 @@ class Reader {
     if (!values_.has(distance)) values_.missing(distance, "the least distance between corners, px");
   }
 
+  // Settings written on Windows separate folders with backslashes.
+  [[nodiscard]] std::optional<std::string> path_text(const KeyNames& key) {
+    std::optional<std::string> given = values_.text(key);
+    if (given) std::replace(given->begin(), given->end(), '\\', '/');
+    return given;
+  }
+
   // As given, relative to the settings' folder; what 2016's code keeps in a folder of its own is looked for there too.
   [[nodiscard]] fs::path input(const std::string& given, const std::vector<const char*>& folders) const {
     const fs::path base = settings_.file.parent_path(), path = given;
@@ -202,7 +209,7 @@ class Reader {
     return as_given.lexically_normal();
   }
   fs::path input_path(const KeyNames& key, const std::string& what, const std::vector<const char*>& folders) {
-    const std::optional<std::string> given = values_.text(key);
+    const std::optional<std::string> given = path_text(key);
     if (!given && !values_.has(key)) values_.missing(key, what);
     return given ? input(*given, folders) : fs::path{};
   }
@@ -226,8 +233,8 @@ class Reader {
         if (settings_.pose_from_image)
           camera.pose_points = input_path(numbered("InputInitial", i), "the file of the reference pattern's points", inputs);
       }
-      camera.pose_output = values_.text(numbered("OutputCameraPose", i)).value_or("");
-      if (!patch()) camera.features_output = values_.text(numbered("OutputDirectory", i)).value_or("");
+      camera.pose_output = path_text(numbered("OutputCameraPose", i)).value_or("");
+      if (!patch()) camera.features_output = path_text(numbered("OutputDirectory", i)).value_or("");
       if (settings_.save_pose && settings_.pose_from_image && camera.pose_output.empty())
         values_.missing(numbered("OutputCameraPose", i), "a file name, because poses are to be saved");
       if (!patch() && settings_.save_features && settings_.features_from_images && camera.features_output.empty())
@@ -239,14 +246,14 @@ class Reader {
   void outputs() {
     const KeyNames coefficients = {"OutputFileName"};
     const KeyNames errors = {"OutputFileNameErrors", "OutputFileNameResiudals", "OutputFileNameResiduals"};
-    settings_.coefficients_output = values_.text(coefficients).value_or("");
+    settings_.coefficients_output = path_text(coefficients).value_or("");
     if (!values_.has(coefficients)) values_.missing(coefficients, "the file name of the coefficients");
     if (patch()) {
       settings_.save_errors = settings_.save_features = false;  // the release writes neither
-      settings_.patch.centres_output = values_.text({"OutputFileCenters"}).value_or("");
+      settings_.patch.centres_output = path_text({"OutputFileCenters"}).value_or("");
       return;
     }
-    settings_.errors_output = values_.text(errors).value_or("");
+    settings_.errors_output = path_text(errors).value_or("");
     if (settings_.save_errors && !values_.has(errors)) values_.missing(errors, "a file name, because errors are to be saved");
   }
 

@@ -180,6 +180,17 @@ TEST(OpenSrdSettings, LooksInTheFoldersOf2016WhenAFileIsNotWhereItIsNamed) {
   EXPECT_EQ(good(folder, keys).cameras.at(0).calibration, "/nowhere/Calib.yml");
 }
 
+TEST(OpenSrdSettings, PathsWrittenOnWindowsAreFound) {
+  const ScratchFolder folder;
+  folder.write("calibration/left/Calib_C1.yml", "");
+  Keys keys = keys_2016(1, 5);
+  keys["CalibrationFile1"] = "\"calibration\\left\\Calib_C1.yml\"";
+  keys["OutputFileName"] = "\"RESULTS\\coeffs.txt\"";
+  const Settings s = good(folder, keys);
+  EXPECT_EQ(s.cameras.at(0).calibration, folder.path() / "calibration/left/Calib_C1.yml");
+  EXPECT_EQ(s.coefficients_output, "RESULTS/coeffs.txt");
+}
+
 TEST(OpenSrdSettings, AnUnknownKeyIsIgnoredWithAWarningThatNamesKeyAndLine) {
   const ScratchFolder folder;
   Keys keys = keys_2016(1, 5);
