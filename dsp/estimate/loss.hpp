@@ -13,6 +13,15 @@ enum class Loss : std::uint8_t {
   kTukey = 2,  // level from 5.1 scales on: a gross corner does not pull at all
 };
 
+[[nodiscard]] constexpr const char* to_string(Loss loss) {
+  switch (loss) {
+    case Loss::kNone: return "none";
+    case Loss::kHuber: return "huber";
+    case Loss::kTukey: return "tukey";
+  }
+  return "unknown";
+}
+
 // A loss with its scale: the standard deviation of one component of We that the frame itself shows.
 struct ScaledLoss {
   Loss kind = Loss::kNone;

@@ -4,8 +4,9 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
-#include <map>
 #include <memory>
+#include <utility>
+#include <vector>
 
 #include "drivers/recording/recording.hpp"
 #include "drivers/support/text_file.hpp"
@@ -28,6 +29,24 @@ CLI::Validator within(double least, double most, const std::string& unit) {
         return message.data();
       },
       "", "within");
+}
+
+// A word for a value, upper or lower case. CLI's own transformer lists its map with the values' bytes.
+template <class Value>
+CLI::Validator one_of(const std::vector<std::pair<std::string, Value>>& choices) {
+  return CLI::Validator(
+      [choices](std::string& text) -> std::string {
+        std::string names;
+        for (const auto& [name, value] : choices) {
+          if (CLI::detail::to_lower(text) == name) {
+            text = std::to_string(static_cast<int>(value));
+            return {};
+          }
+          names += (names.empty() ? "" : ", ") + name;
+        }
+        return "'" + text + "' is none of " + names;
+      },
+      "", "one_of");
 }
 
 Outcome<void> reconstruct(ReconstructOptions options, const std::vector<std::string>& plate_texts) {
@@ -82,11 +101,18 @@ void add_reconstruct_command(CLI::App& app, int& exit_code) {
       ->take_all();
   command->add_flag("--free-index", options->free_index,
                     "estimate the index of the water too; refused where the view cannot tell it from the height");
-  const std::map<std::string, dsp::Metric> metrics = {{"reprojection", dsp::Metric::kReprojection},
-                                                      {"disparity", dsp::Metric::kDisparity},
-                                                      {"collinearity", dsp::Metric::kCollinearity}};
+  const std::vector<std::pair<std::string, dsp::Metric>> metrics = {{"reprojection", dsp::Metric::kReprojection},
+                                                                    {"disparity", dsp::Metric::kDisparity},
+                                                                    {"collinearity", dsp::Metric::kCollinearity}};
   command->add_option("--metric", options->metric, "what is minimised: reprojection, disparity or collinearity")
-      ->transform(CLI::CheckedTransformer(metrics, CLI::ignore_case));
+      ->transform(one_of(metrics));
+  const std::vector<std::pair<std::string, dsp::Loss>> losses = {
+      {"none", dsp::Loss::kNone}, {"huber", dsp::Loss::kHuber}, {"tukey", dsp::Loss::kTukey}};
+  command
+      ->add_option("--loss", options->loss,
+                   "how much a corner far from the others counts: none (as its deviation says, as published), huber (less), "
+                   "tukey (not at all)")
+      ->transform(one_of(losses));
   command
       ->add_option("--threads", options->threads,
                    "threads (default: as many as the machine runs at once); results do not depend on it")
@@ -101,15 +127,15 @@ void add_reconstruct_command(CLI::App& app, int& exit_code) {
   command->add_option("--features", options->features, "features of an earlier run (its --out folder) instead of images")
       ->group(settings_only);
   const char* recordings_only = "Recordings";
-  const std::map<std::string, int> models = {{"1", 1},   {"3", 3},     {"5", 5},           {"8", 8},
-                                             {"12", 12}, {"plane", 3}, {"level-normal", 2}};
+  const std::vector<std::pair<std::string, int>> models = {{"1", 1},   {"3", 3},     {"5", 5},           {"8", 8},
+                                                           {"12", 12}, {"plane", 3}, {"level-normal", 2}};
   auto* model =
       command
           ->add_option(
               "--model", options->model,
               "parameters of the surface: 1, 3 (plane), 5, 8 or 12 (default: the recording's, else 5); with settings of "
               "OpenSRD's 2017 release also level-normal, its form with 2 parameters")
-          ->transform(CLI::CheckedTransformer(models));
+          ->transform(one_of(models));
   command->add_option("--modes", options->modes, "modes of the surface instead: A00,B,C,A10,..")
       ->delimiter(',')
       ->excludes(model)

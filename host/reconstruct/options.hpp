@@ -21,6 +21,7 @@ struct ReconstructOptions {
   bool free_index = false;                 // estimate it
   Plates plates;                           // --plate; none: the recording's, else none
   std::optional<dsp::Metric> metric;
+  dsp::Loss loss = dsp::Loss::kNone;
   std::optional<double> rate_hz;
   // OpenSRD settings only.
   std::optional<std::filesystem::path> features;

@@ -103,6 +103,7 @@ Outcome<RunPlan> plan_of(const ReconstructOptions& options, const Recording& rec
   plan.model = {*modes, options.lx.value_or(known.lx), options.ly.value_or(known.ly), known.x0, known.y0};
   plan.media = optics.media;
   plan.options.metric = options.metric.value_or(dsp::Metric::kReprojection);
+  plan.options.loss = options.loss;
   plan.options.free_index = options.free_index;
   const std::size_t n = static_cast<std::size_t>(modes->size());
   if (options.guess.empty() || options.guess.size() > n)

@@ -37,6 +37,14 @@ Outcome<void> reconstruct_settings(const ReconstructOptions& options) {
   auto prepared = opensrd::prepare(*settings, {options.refractive_index, options.metric, options.features, options.rate_hz,
                                                options.free_index, options.model, options.plates});
   if (!prepared) return prepared.error();
+  if (prepared->plan.pattern_run && options.loss != dsp::Loss::kNone)
+    return Problem{Exit::kUsage,
+                   "--loss is for corners",
+                   options.source.string(),
+                   "settings that fit corners; all pixels of a region, as here, have Huber's loss already",
+                   to_string(options.loss),
+                   "leave --loss out"};
+  prepared->plan.options.loss = options.loss;
   prepared->plan.threads = options.threads;
   const Outcome<RunResult> result = run(prepared->plan, terminal_progress());
   if (!result) return result.error();

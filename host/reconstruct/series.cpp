@@ -121,7 +121,8 @@ std::string summary_text(const RunPlan& plan, const RunResult& result, const std
   text += "refractive index: " + index_text(plan, result) + " (air " + number_text(plan.media.air) + ")\n";
   text += "surface: " + mode_names(plan.model.modes) + ", Lx " + number_text(plan.model.lx) + " mm, Ly " +
           number_text(plan.model.ly) + " mm\n";
-  text += "metric: " + std::string(metric_name(plan)) + ", errors in " + unit + "\n";
+  text += "metric: " + std::string(metric_name(plan)) + ", errors in " + unit +
+          (plan.options.loss == dsp::Loss::kNone ? "" : std::string(", loss: ") + to_string(plan.options.loss)) + "\n";
   text += "frames: " + std::to_string(result.frames.size()) + ", with a surface: " + std::to_string(m.surfaces) + "\n";
   if (m.surfaces > 0) {
     text += "mean error: " + fixed(m.error, 5) + " " + unit + "\n";

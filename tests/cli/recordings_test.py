@@ -74,6 +74,16 @@ class Recordings(unittest.TestCase):
         said = self.call("srd-node", "--config", "flume.toml", "--check-config", code=2)
         self.assertIn("'surface.lx_mm' is missing", said)
 
+    def test_a_loss_is_taken_and_said(self):
+        self.simulate("")
+        series = {}
+        for loss in ("none", "huber", "tukey"):
+            said = self.reconstruct("rec", loss, "--loss", loss)
+            self.assert_true(f"{loss}/surface.csv")
+            self.assertEqual(loss != "none", f"loss: {loss}" in said + self.bench.path(f"{loss}/summary.txt").read_text())
+            series[loss] = self.bench.path(f"{loss}/surface.csv").read_text()
+        self.assertEqual(len(set(series.values())), 3)
+
     def test_plates_go_with_the_frames_from_the_tank_to_the_surface(self):
         for tank, text in ((ACRYLIC, "floor plates 12 mm of index 1.49"),
                            (AIR_GAP, "floor plates 12 mm of index 1.49, 3 mm of index 1 ")):
