@@ -12,9 +12,9 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/camera/camera.hpp"
 #include "drivers/recording/image_file.hpp"
 #include "drivers/support/problem.hpp"
+#include "dsp/core/time.hpp"
 
 namespace srd {
 

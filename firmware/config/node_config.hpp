@@ -13,9 +13,9 @@
 #include "drivers/support/problem.hpp"
 #include "dsp/pipeline/surface_tracker.hpp"
 #include "firmware/config/camera_section.hpp"
-#include "firmware/config/realtime_section.hpp"
-#include "firmware/config/record_section.hpp"
-#include "firmware/config/strobe_section.hpp"
+#include "firmware/realtime/realtime_section.hpp"
+#include "firmware/record/record_section.hpp"
+#include "firmware/strobe/strobe_section.hpp"
 
 namespace srd {
 class TomlFile;

@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "drivers/support/formatted.hpp"
+#include "firmware/config/strobe_factory.hpp"
 #include "firmware/doctor/doctor.hpp"
 #include "firmware/doctor/lit_frames.hpp"
 

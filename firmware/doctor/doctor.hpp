@@ -29,7 +29,7 @@ struct DoctorOptions {
   [[nodiscard]] bool stopping() const { return stop != nullptr && stop->load(std::memory_order_relaxed); }
 };
 
-// The strobe for a camera that has started: see open_strobe.
+// The strobe for a camera that has started: see config/strobe_factory.hpp.
 using OpenLight = std::function<Outcome<std::unique_ptr<Strobe>>(const Camera&)>;
 
 // The parts, in their order. Each adds at least one finding, unless it is stopped.

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "firmware/config/realtime_section.hpp"
+#include "firmware/realtime/realtime_section.hpp"
 
 namespace srd::firmware {
 

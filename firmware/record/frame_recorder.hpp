@@ -12,7 +12,7 @@
 #include "drivers/camera/camera.hpp"
 #include "drivers/recording/durable_recording.hpp"
 #include "dsp/core/spsc_ring.hpp"
-#include "firmware/config/record_section.hpp"
+#include "firmware/record/record_section.hpp"
 #include "firmware/record/recorded_rig.hpp"
 
 namespace srd::firmware {

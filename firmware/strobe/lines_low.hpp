@@ -3,7 +3,7 @@
 #pragma once
 
 #include "drivers/support/problem.hpp"
-#include "firmware/config/strobe_section.hpp"
+#include "firmware/strobe/strobe_section.hpp"
 
 namespace srd::firmware {
 

@@ -8,9 +8,9 @@
 #include <string>
 #include <thread>
 
-#include "firmware/config/strobe_section.hpp"
 #include "firmware/loop/frame_light.hpp"
 #include "firmware/strobe/frame_labels.hpp"
+#include "firmware/strobe/strobe_section.hpp"
 
 namespace srd::firmware {
 
@@ -66,11 +66,6 @@ class Strobe final : public FrameLight {
   std::atomic<std::uint64_t> early_{0};
   std::thread thread_;
 };
-
-struct NodeConfig;
-// The strobe that a configuration asks for: see Strobe::open. Null when it asks for none, or the camera (started) is not
-// live. kDevice when the camera's own exposure is too short for the pulses.
-[[nodiscard]] Outcome<std::unique_ptr<Strobe>> open_strobe(const NodeConfig& config, const Camera& camera);
 
 // Whether this program can do what the section asks, without opening a device: kUsage when it has no GPIO lines.
 [[nodiscard]] Outcome<void> check_strobe(const StrobeSection& section, bool live, const std::string& file);

@@ -7,7 +7,7 @@
 #include "drivers/recording/image_file.hpp"
 #include "drivers/support/text_file.hpp"
 #include "host/opensrd/frame_list.hpp"
-#include "host/reconstruct/pattern_mask.hpp"
+#include "host/run/pattern_mask.hpp"
 
 namespace srd::host::opensrd {
 

@@ -9,7 +9,7 @@
 #include "drivers/support/text_file.hpp"
 #include "host/opensrd/frame_list.hpp"
 #include "host/opensrd/patch_run.hpp"
-#include "host/reconstruct/series.hpp"
+#include "host/run/series.hpp"
 
 namespace srd::host::opensrd {
 

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "drivers/recording/recorded_optics.hpp"
-#include "host/opensrd/pose_estimation.hpp"
 #include "host/opensrd/results.hpp"
-#include "host/reconstruct/run.hpp"
+#include "host/run/pose_estimation.hpp"
+#include "host/run/run.hpp"
 
 namespace srd::host::opensrd {
 

@@ -9,7 +9,7 @@
 
 #include "drivers/recording/natural_order.hpp"
 #include "drivers/support/text_file.hpp"
-#include "host/opensrd/features.hpp"
+#include "host/run/features.hpp"
 #include "host/table/model_sidecar.hpp"
 
 namespace srd::host::opensrd {

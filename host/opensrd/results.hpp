@@ -10,7 +10,7 @@
 
 #include "drivers/recording/rig.hpp"
 #include "host/opensrd/settings.hpp"
-#include "host/reconstruct/frame_record.hpp"
+#include "host/run/frame_record.hpp"
 
 namespace srd::host::opensrd {
 

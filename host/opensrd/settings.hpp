@@ -10,6 +10,7 @@
 #include "drivers/support/problem.hpp"
 #include "dsp/core/image_view.hpp"
 #include "dsp/estimate/estimator.hpp"
+#include "host/run/pattern_size.hpp"
 
 namespace srd::host::opensrd {
 
@@ -19,13 +20,6 @@ enum class Dialect { kGuide, k2016, k2017 };
 // The refractive index both of OpenSRD's codes are built with; its settings carry none.
 inline constexpr double kPublishedIndex = 1.336;
 inline constexpr int kMostCameras = 3;
-
-// Rows run along the image's v, columns along u. OpenSRD calls rows "Width" and columns "Height".
-struct PatternSize {
-  int rows = 0;
-  int columns = 0;
-  [[nodiscard]] int count() const { return rows * columns; }
-};
 
 struct CameraSettings {
   std::filesystem::path calibration;     // .yml

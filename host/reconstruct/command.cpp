@@ -11,7 +11,7 @@
 #include "drivers/recording/recording.hpp"
 #include "drivers/support/text_file.hpp"
 #include "host/reconstruct/options.hpp"
-#include "host/reconstruct/ordered_work.hpp"
+#include "host/run/ordered_work.hpp"
 
 namespace srd::host {
 

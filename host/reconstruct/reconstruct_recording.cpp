@@ -4,8 +4,8 @@
 #include "dsp/pipeline/pattern.hpp"
 #include "host/opensrd/results.hpp"
 #include "host/reconstruct/options.hpp"
-#include "host/reconstruct/report.hpp"
-#include "host/reconstruct/series.hpp"
+#include "host/run/report.hpp"
+#include "host/run/series.hpp"
 
 namespace srd::host {
 
@@ -74,7 +74,7 @@ Outcome<dsp::ModeList> modes_of(const ReconstructOptions& options, const std::op
 }
 
 // Rows and columns of points that are listed row by row; nothing for other lists.
-opensrd::PatternSize listed_rows(const Points& points) {
+PatternSize listed_rows(const Points& points) {
   const auto pattern = dsp::Pattern::make(points, dsp::FirstSquare::kUnknown);
   if (!pattern || pattern->rows() * pattern->columns() != pattern->size()) return {};
   for (int i = 0; i < pattern->size(); ++i)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/opensrd/reconstruction.hpp"
 #include "host/reconstruct/options.hpp"
-#include "host/reconstruct/report.hpp"
+#include "host/run/report.hpp"
 
 namespace srd::host {
 

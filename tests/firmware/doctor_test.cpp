@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "firmware/doctor/doctor.hpp"
+#include "firmware/config/strobe_factory.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "firmware/config/strobe_section.hpp"
+#include "firmware/strobe/strobe_section.hpp"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 
 #include <Eigen/Geometry>
 
-#include "host/opensrd/pose_estimation.hpp"
+#include "host/run/pose_estimation.hpp"
 #include "tests/fakes/synthetic_scene.hpp"
 
 namespace srd::host::opensrd {

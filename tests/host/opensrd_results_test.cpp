@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "host/opensrd/features.hpp"
 #include "host/opensrd/frame_list.hpp"
+#include "host/run/features.hpp"
 #include "tests/host/opensrd_folder.hpp"
 
 namespace srd::host::opensrd {

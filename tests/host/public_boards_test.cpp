@@ -6,7 +6,7 @@
 
 #include "drivers/recording/image_file.hpp"
 #include "dsp/frontend/board_finder.hpp"
-#include "host/opensrd/board_corners.hpp"
+#include "host/run/board_corners.hpp"
 #include "tests/host/opensrd_folder.hpp"
 
 namespace srd::host {
@@ -74,7 +74,7 @@ int wrong_cells(const GrayImage& image, const dsp::BoardFinder& finder, const ds
 TEST_F(PublicBoards, ABoardOfKnownSizeIsFoundWhole) {
   struct Case {
     const char* name;
-    opensrd::PatternSize board;
+    PatternSize board;
   };
   for (const Case& at : {Case{"opencv-left05-54-corners.jpg", {9, 6}}, Case{"opencv-left06-crop-54-corners.png", {9, 6}},
                          Case{"gloworm-960x720-48-corners.jpg", {6, 8}}, Case{"underwater-0048-48-corners.png", {6, 8}},
@@ -82,7 +82,7 @@ TEST_F(PublicBoards, ABoardOfKnownSizeIsFoundWhole) {
                          Case{"picam-320x240-49-corners.jpg", {7, 7}}, Case{"lifecam-blurred-100-corners.png", {10, 10}}}) {
     SCOPED_TRACE(at.name);
     const GrayImage image = read(at.name);
-    const auto corners = opensrd::find_board_corners(image.view(), at.board, {5, 200, 8}, at.name);
+    const auto corners = find_board_corners(image.view(), at.board, {5, 200, 8}, at.name);
     ASSERT_TRUE(corners.ok()) << corners.error().text();
     EXPECT_EQ(static_cast<int>(corners->size()), at.board.count());
     dsp::BoardFinder finder(image.width, image.height, 4000);

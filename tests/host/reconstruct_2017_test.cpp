@@ -4,8 +4,8 @@
 
 #include "drivers/camera/simulator/renderer.hpp"
 #include "host/opensrd/patch_run.hpp"
-#include "host/reconstruct/ordered_work.hpp"
-#include "host/reconstruct/pattern_mask.hpp"
+#include "host/run/ordered_work.hpp"
+#include "host/run/pattern_mask.hpp"
 #include "host/table/model_sidecar.hpp"
 #include "tests/host/opensrd_folder.hpp"
 

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "host/opensrd/reconstruction.hpp"
-#include "host/reconstruct/series.hpp"
+#include "host/run/series.hpp"
 #include "tests/host/opensrd_folder.hpp"
 
 namespace srd::host {

@@ -125,3 +125,36 @@ def equation_problems(root, page="dsp/OPTICS.md"):
                 for low, high in re.findall(r"\((\d+)\)-\((\d+)\)", path.read_text(encoding="utf-8"))):
             problems.append(f"{place}: does not cite ({number})")
     return problems
+
+
+def folder_edges(root):
+    """Folder two levels deep -> the folders that its sources include, each with one such line."""
+    edges = {}
+    for name in source_files(root):
+        if name.split("/")[0] not in FOLDERS - {"tests"} or pathlib.Path(name).suffix not in SOURCES:
+            continue
+        folder = "/".join(name.split("/")[:-1][:2])
+        for number, line in enumerate(lines_of(root, name), 1):
+            found = INCLUDE.match(line)
+            other = "/".join(found.group(2).split("/")[:-1][:2]) if found else ""
+            if other and other != folder and other.split("/")[0] in FOLDERS:
+                edges.setdefault(folder, {}).setdefault(other, f"{name}:{number}")
+    return edges
+
+
+def cycle_problems(root):
+    """Folders that include each other, whichever way round, with the lines that close the circle."""
+    edges = folder_edges(root)
+
+    def reached(start):
+        seen, ahead = set(), [start]
+        while ahead:
+            for other in edges.get(ahead.pop(), {}):
+                if other not in seen:
+                    seen.add(other)
+                    ahead.append(other)
+        return seen
+
+    reach = {folder: reached(folder) for folder in edges}
+    return [f"{where}: {folder} includes {other}, which includes it in turn"
+            for folder in sorted(edges) for other, where in sorted(edges[folder].items()) if folder in reach.get(other, ())]

@@ -33,6 +33,17 @@ class Structure(unittest.TestCase):
     def test_no_path_of_one_machine(self):
         self.assert_clean(rules.machine_path_problems(ROOT))
 
+    def test_folders_do_not_include_each_other(self):
+        self.assertGreater(len(rules.folder_edges(ROOT)), 20)
+        self.assert_clean(rules.cycle_problems(ROOT))
+
+    def test_circles_of_folders_are_found(self):
+        includes = {"dsp/a/x.hpp": "dsp/b/x.hpp", "dsp/b/x.hpp": "dsp/c/x.hpp", "dsp/c/x.hpp": "dsp/a/x.hpp",
+                    "dsp/d/x.hpp": "dsp/a/x.hpp", "dsp/a/y.hpp": "dsp/a/x.hpp"}
+        root = self.tree({name: f'#include "{other}"\n' for name, other in includes.items()})
+        self.assertEqual(["dsp/a/x.hpp:1", "dsp/b/x.hpp:1", "dsp/c/x.hpp:1"],
+                         [problem.split(": ")[0] for problem in rules.cycle_problems(root)])
+
     def test_equations_have_a_file_each(self):
         self.assert_clean(rules.equation_problems(ROOT))
 

@@ -4,10 +4,10 @@
 
 #include "drivers/recording/image_file.hpp"
 #include "dsp/estimate/start_history.hpp"
-#include "host/opensrd/pose_estimation.hpp"
-#include "host/reconstruct/ordered_work.hpp"
-#include "host/reconstruct/pattern_mask.hpp"
-#include "host/reconstruct/run_kinds.hpp"
+#include "host/run/ordered_work.hpp"
+#include "host/run/pattern_mask.hpp"
+#include "host/run/pose_estimation.hpp"
+#include "host/run/run_kinds.hpp"
 
 namespace srd::host {
 
@@ -60,8 +60,7 @@ class BlockFitter {
     record.time_ns = plan_.times_ns[i];
     record.corners.resize(1);
     const Outcome<GrayImage> image = read_gray_image(camera.frames[i]);
-    const Outcome<void> right =
-        image ? opensrd::check_size(image->view(), camera.calibration, camera.frames[i]) : Outcome<void>();
+    const Outcome<void> right = image ? check_size(image->view(), camera.calibration, camera.frames[i]) : Outcome<void>();
     if (!image || !right) {
       const Problem& problem = image ? right.error() : image.error();
       warnings.push_back(problem.where + ": " + problem.what + "; the frame has no surface");

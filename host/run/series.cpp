@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/reconstruct/series.hpp"
+#include "host/run/series.hpp"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,7 @@
 #include <cstdio>
 
 #include "drivers/support/text_file.hpp"
-#include "host/reconstruct/found_index.hpp"
+#include "host/run/found_index.hpp"
 #include "host/table/coefficient_columns.hpp"
 #include "host/table/model_sidecar.hpp"
 

@@ -4,11 +4,11 @@
 
 #include "drivers/recording/image_file.hpp"
 #include "dsp/pipeline/surface_tracker.hpp"
-#include "host/opensrd/pose_estimation.hpp"
-#include "host/reconstruct/first_surface.hpp"
-#include "host/reconstruct/identities.hpp"
-#include "host/reconstruct/ordered_work.hpp"
-#include "host/reconstruct/run_kinds.hpp"
+#include "host/run/first_surface.hpp"
+#include "host/run/identities.hpp"
+#include "host/run/ordered_work.hpp"
+#include "host/run/pose_estimation.hpp"
+#include "host/run/run_kinds.hpp"
 
 namespace srd::host {
 
@@ -46,7 +46,7 @@ Images read_frame(const RunPlan& plan, std::size_t i) {
   for (const RunCamera& camera : plan.cameras) {
     Outcome<GrayImage> image = read_gray_image(camera.frames[i]);
     if (!image) return image.error();
-    if (auto right = opensrd::check_size(image->view(), camera.calibration, camera.frames[i]); !right) return right.error();
+    if (auto right = check_size(image->view(), camera.calibration, camera.frames[i]); !right) return right.error();
     images.push_back(std::move(image).value());
   }
   return images;
@@ -68,7 +68,7 @@ std::optional<Opening> open(const RunPlan& plan, const std::vector<GrayImage>& i
   for (std::size_t c = 0; c < plan.cameras.size(); ++c) {
     const RunCamera& camera = plan.cameras[c];
     if (plan.pattern.count() != static_cast<int>(camera.points.size())) return std::nullopt;
-    const auto corners = opensrd::find_board_corners(images[c].view(), plan.pattern, plan.search, camera.name);
+    const auto corners = find_board_corners(images[c].view(), plan.pattern, plan.search, camera.name);
     if (!corners) return std::nullopt;
     std::vector<ListedCorner> listed;
     for (std::size_t i = 0; i < corners->size(); ++i) {
@@ -82,7 +82,7 @@ std::optional<Opening> open(const RunPlan& plan, const std::vector<GrayImage>& i
       frame.push_back({point_at(camera, listed[i].place, from_end), (*corners)[i].pixel, listed[i].normalised, 1.0});
     if (c == 0) {
       const auto& point = plan.points[static_cast<std::size_t>(frame.front().point)];
-      const bool bright = opensrd::first_square_bright(corners->front(), point, square, views[0]);
+      const bool bright = first_square_bright(corners->front(), point, square, views[0]);
       opening.first = bright ? dsp::FirstSquare::kBright : dsp::FirstSquare::kDark;
     }
     most += listed.size();

@@ -9,10 +9,9 @@
 
 #include "drivers/recording/rig.hpp"
 #include "dsp/core/image_view.hpp"
-#include "host/opensrd/board_corners.hpp"
-#include "host/opensrd/settings.hpp"
+#include "host/run/board_corners.hpp"
 
-namespace srd::host::opensrd {
+namespace srd::host {
 
 struct PoseFit {
   dsp::Pose<double> pose;
@@ -44,4 +43,4 @@ struct PoseFit {
 [[nodiscard]] Outcome<void> check_size(const GrayView& image, const Calibration& calibration,
                                        const std::filesystem::path& file);
 
-}  // namespace srd::host::opensrd
+}  // namespace srd::host

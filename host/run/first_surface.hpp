@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "host/reconstruct/run.hpp"
+#include "host/run/run.hpp"
 
 namespace srd::host {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/opensrd/features.hpp"
+#include "host/run/features.hpp"
 
 #include <array>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include "drivers/support/text_file.hpp"
 
-namespace srd::host::opensrd {
+namespace srd::host {
 
 Outcome<std::vector<Feature>> read_features(const std::filesystem::path& file, int point_count) {
   constexpr double kMostPixels = 1e5;
@@ -57,4 +57,4 @@ Outcome<void> write_features(const std::filesystem::path& file, const std::vecto
   return write_text_file(file, text);
 }
 
-}  // namespace srd::host::opensrd
+}  // namespace srd::host

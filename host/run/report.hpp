@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "host/reconstruct/run.hpp"
+#include "host/run/run.hpp"
 
 namespace srd::host {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/reconstruct/found_index.hpp"
+#include "host/run/found_index.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/reconstruct/run.hpp"
+#include "host/run/run.hpp"
 
 #include <cmath>
 
-#include "host/reconstruct/found_index.hpp"
-#include "host/reconstruct/run_kinds.hpp"
+#include "host/run/found_index.hpp"
+#include "host/run/run_kinds.hpp"
 
 namespace srd::host {
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/reconstruct/report.hpp"
+#include "host/run/report.hpp"
 
 #include <unistd.h>
 
 #include <cstdio>
 #include <map>
 
-#include "host/reconstruct/found_index.hpp"
-#include "host/reconstruct/series.hpp"
+#include "host/run/found_index.hpp"
+#include "host/run/series.hpp"
 
 namespace srd::host {
 

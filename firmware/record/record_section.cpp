@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "firmware/config/record_section.hpp"
+#include "firmware/record/record_section.hpp"
 
 namespace srd::firmware {
 

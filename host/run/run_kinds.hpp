@@ -3,7 +3,7 @@
 // pattern metric.
 #pragma once
 
-#include "host/reconstruct/run.hpp"
+#include "host/run/run.hpp"
 
 namespace srd::host {
 

@@ -13,8 +13,8 @@
 #include "drivers/recording/rig.hpp"
 #include "dsp/estimate/estimator.hpp"
 #include "dsp/estimate/pattern_estimator.hpp"
-#include "host/opensrd/board_corners.hpp"
-#include "host/reconstruct/frame_record.hpp"
+#include "host/run/board_corners.hpp"
+#include "host/run/frame_record.hpp"
 
 namespace srd::host {
 
@@ -40,14 +40,14 @@ struct RunPlan {
   std::vector<RunCamera> cameras;  // all with the same number of frames
   Points points;                   // F of all cameras, each once, mm
   std::string points_file;         // where the first camera's come from, for messages
-  opensrd::PatternSize pattern;    // 0 x 0: the cameras' lists are not row by row
+  PatternSize pattern;             // 0 x 0: the cameras' lists are not row by row
   dsp::SurfaceModel<double> model;
   dsp::Media<double> media;
   dsp::EstimatorOptions options;
   dsp::Coefficients<double> guess;
   std::optional<PatternRun> pattern_run;  // the pattern metric, whatever options.metric says
   bool from_images = true;
-  opensrd::CornerSearch search;
+  CornerSearch search;
   double match_radius_px = 10;
   // Chronological, one a frame.
   std::vector<std::uint64_t> sequences;

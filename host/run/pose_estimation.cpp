@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/opensrd/pose_estimation.hpp"
+#include "host/run/pose_estimation.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -9,7 +9,7 @@
 #include "drivers/recording/image_file.hpp"
 #include "drivers/support/text_file.hpp"
 
-namespace srd::host::opensrd {
+namespace srd::host {
 
 namespace {
 
@@ -176,4 +176,4 @@ bool first_square_bright(const BoardCorner& corner, const Vec3<double>& point, d
   return bright != (((squares(point.x()) + squares(point.y())) & 1) != 0);
 }
 
-}  // namespace srd::host::opensrd
+}  // namespace srd::host

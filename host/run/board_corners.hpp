@@ -8,9 +8,9 @@
 #include "drivers/support/problem.hpp"
 #include "dsp/core/image_view.hpp"
 #include "dsp/core/linear_algebra.hpp"
-#include "host/opensrd/settings.hpp"
+#include "host/run/pattern_size.hpp"
 
-namespace srd::host::opensrd {
+namespace srd::host {
 
 // Of optics (22), as OpenSRD's settings name them.
 struct CornerSearch {
@@ -29,4 +29,4 @@ struct BoardCorner {
 [[nodiscard]] Outcome<std::vector<BoardCorner>> find_board_corners(const GrayView& image, PatternSize board,
                                                                    const CornerSearch& search, const std::string& where);
 
-}  // namespace srd::host::opensrd
+}  // namespace srd::host

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/reconstruct/pattern_mask.hpp"
+#include "host/run/pattern_mask.hpp"
 
 namespace srd::host {
 

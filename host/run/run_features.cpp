@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/reconstruct/run_kinds.hpp"
+#include "host/run/run_kinds.hpp"
 
 #include <algorithm>
 #include <chrono>
 #include <optional>
 
 #include "dsp/estimate/start_history.hpp"
-#include "host/opensrd/features.hpp"
-#include "host/reconstruct/first_surface.hpp"
-#include "host/reconstruct/identities.hpp"
-#include "host/reconstruct/ordered_work.hpp"
+#include "host/run/features.hpp"
+#include "host/run/first_surface.hpp"
+#include "host/run/identities.hpp"
+#include "host/run/ordered_work.hpp"
 
 namespace srd::host {
 
@@ -17,22 +17,22 @@ namespace {
 
 using dsp::Observation;
 using dsp::Vec2;
-using Features = std::vector<opensrd::Feature>;
+using Features = std::vector<Feature>;
 using Estimator = dsp::SurfaceEstimator<double>;
 
-Vec2<double> normalised(const opensrd::Feature& feature, const dsp::CameraModel<double>& camera) {
+Vec2<double> normalised(const Feature& feature, const dsp::CameraModel<double>& camera) {
   return {(feature.u - camera.cx()) / camera.fx(), (feature.v - camera.cy()) / camera.fy()};
 }
 
 std::vector<ListedCorner> listed(const Features& features, const dsp::CameraModel<double>& camera) {
   std::vector<ListedCorner> corners;
-  for (const opensrd::Feature& feature : features) corners.push_back({feature.id, normalised(feature, camera)});
+  for (const Feature& feature : features) corners.push_back({feature.id, normalised(feature, camera)});
   return corners;
 }
 
 std::vector<Observation<double>> observe(const Features& features, const RunCamera& camera, bool from_end) {
   std::vector<Observation<double>> corners;
-  for (const opensrd::Feature& feature : features) {
+  for (const Feature& feature : features) {
     Observation<double> corner;
     corner.point = point_at(camera, feature.id, from_end);
     corner.normalised = normalised(feature, camera.calibration.camera);
@@ -77,7 +77,7 @@ Outcome<RunResult> run_features(const RunPlan& plan, const Progress& progress) {
   OrderedWork<Lists> reading(plan.threads, total, static_cast<std::size_t>(4 * plan.threads), [&](std::size_t i, int) {
     Lists lists;
     for (const RunCamera& camera : plan.cameras)
-      lists.push_back(opensrd::read_features(camera.frames[i], static_cast<int>(camera.points.size())));
+      lists.push_back(read_features(camera.frames[i], static_cast<int>(camera.points.size())));
     return lists;
   });
   RunResult result;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/reconstruct/first_surface.hpp"
+#include "host/run/first_surface.hpp"
 
 #include <algorithm>
 

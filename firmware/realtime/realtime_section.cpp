@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "firmware/config/realtime_section.hpp"
+#include "firmware/realtime/realtime_section.hpp"
 
 #include <cmath>
 

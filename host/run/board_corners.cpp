@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/opensrd/board_corners.hpp"
+#include "host/run/board_corners.hpp"
 
 #include "dsp/frontend/board_finder.hpp"
 
-namespace srd::host::opensrd {
+namespace srd::host {
 
 namespace {
 
@@ -49,4 +49,4 @@ Outcome<std::vector<BoardCorner>> find_board_corners(const GrayView& image, Patt
   return found;
 }
 
-}  // namespace srd::host::opensrd
+}  // namespace srd::host

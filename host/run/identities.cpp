@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/reconstruct/identities.hpp"
+#include "host/run/identities.hpp"
 
 namespace srd::host {
 

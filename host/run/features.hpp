@@ -7,7 +7,7 @@
 
 #include "drivers/support/problem.hpp"
 
-namespace srd::host::opensrd {
+namespace srd::host {
 
 struct Feature {
   int id = 0;           // which line of the camera's file of feature points, from 0
@@ -19,4 +19,4 @@ struct Feature {
 [[nodiscard]] Outcome<std::vector<Feature>> read_features(const std::filesystem::path& file, int point_count);
 [[nodiscard]] Outcome<void> write_features(const std::filesystem::path& file, const std::vector<Feature>& features);
 
-}  // namespace srd::host::opensrd
+}  // namespace srd::host
