@@ -73,10 +73,10 @@ srd::Outcome<void> override_config(const Arguments& arguments, srd::firmware::No
                           "the rate of a live camera is camera.frame_rate_hz, of the simulator its scene's"};
   }
   if (!arguments.record.empty()) {
-    config.record.folder = arguments.record;
-    config.record.may_count = false;
+    config.recording.folder = arguments.record;
+    config.recording.numbered_folders = false;
   }
-  config.record.force = arguments.force;
+  config.recording.force = arguments.force;
   if (!arguments.state.empty()) config.state = arguments.state;
   if (config.state.empty()) config.state = srd::firmware::LastEnd::service_folder();
   return {};

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string_view>
 
-#include "proto/fixed.hpp"
+#include "proto/inplace.hpp"
 
 namespace srd::proto {
 

@@ -9,9 +9,9 @@
 #include "dsp/core/time.hpp"
 #include "dsp/estimate/estimator.hpp"
 #include "dsp/optics/surface_model.hpp"
-#include "proto/fixed.hpp"
 #include "proto/identity.hpp"
 #include "proto/information.hpp"
+#include "proto/inplace.hpp"
 
 namespace srd::proto {
 

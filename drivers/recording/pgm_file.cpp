@@ -12,7 +12,7 @@
 #include <cstdio>
 #include <cstring>
 
-#include "drivers/recording/limits.hpp"
+#include "drivers/support/limits.hpp"
 
 namespace srd {
 

@@ -9,7 +9,7 @@
 #include <memory>
 #include <new>
 
-#include "drivers/recording/limits.hpp"
+#include "drivers/support/limits.hpp"
 
 namespace srd {
 

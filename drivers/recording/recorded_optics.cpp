@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "drivers/recording/limits.hpp"
+#include "drivers/support/limits.hpp"
 #include "drivers/support/text_file.hpp"
 
 namespace srd {

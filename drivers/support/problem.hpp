@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a person is told when something they gave cannot be used: what, where, expected, found, what to do.
+// A user-facing error: what is wrong, where, what was expected and found, what to do about it, and the exit code.
 #pragma once
 
 #include <string>
 
+#include "drivers/support/exit_code.hpp"
 #include "dsp/core/result.hpp"
 
 namespace srd {
-
-// Exit codes of every program.
-enum class Exit : int { kDone = 0, kUsage = 2, kInput = 3, kDevice = 4, kNetwork = 5 };
 
 struct Problem {
   Exit exit = Exit::kInput;

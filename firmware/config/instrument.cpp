@@ -4,7 +4,9 @@
 #include <cmath>
 #include <sstream>
 
-#include "drivers/recording/rig.hpp"
+#include "drivers/geometry/calibration.hpp"
+#include "drivers/geometry/points.hpp"
+#include "drivers/geometry/pose.hpp"
 #include "drivers/support/system_clock.hpp"
 #include "drivers/support/text_file.hpp"
 #include "dsp/optics/water_index.hpp"

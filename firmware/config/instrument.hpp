@@ -7,7 +7,7 @@
 #include "drivers/camera/simulator/scene.hpp"
 #include "firmware/config/node_config.hpp"
 #include "firmware/loop/frame_deadline.hpp"
-#include "firmware/record/recorded_rig.hpp"
+#include "firmware/recording/recorded_rig.hpp"
 
 namespace srd::firmware {
 

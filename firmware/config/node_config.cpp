@@ -202,7 +202,7 @@ Outcome<NodeConfig> NodeConfig::read(const TomlFile& toml, const std::filesystem
   read_tracker(root.table("tracker"), config);
   read_estimator(root.table("estimator"), config);
   config.realtime = read_realtime(root);
-  config.record = read_record(root.table("record"), file.parent_path());
+  config.recording = read_recording_section(root.table("record"), file.parent_path());
   if (auto done = toml.finish(); !done) return done.error();
   return config;
 }

@@ -14,7 +14,7 @@
 #include "dsp/pipeline/surface_tracker.hpp"
 #include "firmware/config/camera_section.hpp"
 #include "firmware/realtime/realtime_section.hpp"
-#include "firmware/record/record_section.hpp"
+#include "firmware/recording/recording_section.hpp"
 #include "firmware/strobe/strobe_section.hpp"
 
 namespace srd {
@@ -65,7 +65,7 @@ struct NodeConfig {
   dsp::SurfaceTrackerOptions tracker;
   Region region;
   RealtimeSection realtime;
-  RecordSection record;
+  RecordingSection recording;
 
   // All problems of the file in one Problem.
   [[nodiscard]] static Outcome<NodeConfig> load(const std::filesystem::path& file);

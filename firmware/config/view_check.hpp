@@ -5,7 +5,6 @@
 #include <span>
 #include <string>
 
-#include "drivers/recording/rig.hpp"
 #include "dsp/estimate/estimator.hpp"
 #include "firmware/config/node_config.hpp"
 

@@ -49,17 +49,17 @@ double camera_rate(const NodeConfig& config) {
 }  // namespace
 
 void check_disk(const NodeConfig& config, const DoctorOptions& options, Diagnosis& diagnosis) {
-  if (config.record.folder.empty()) {
+  if (config.recording.folder.empty()) {
     diagnosis.ok("disk", "nothing is recorded");
     return;
   }
-  const std::filesystem::path folder = nearest_folder(config.record.folder);
+  const std::filesystem::path folder = nearest_folder(config.recording.folder);
   std::error_code error;
   const std::uint64_t free_mib = std::filesystem::space(folder, error).available >> 20;
-  if (error || free_mib < config.record.min_free_mib) {
+  if (error || free_mib < config.recording.min_free_mib) {
     diagnosis.fail(Exit::kInput, "disk",
                    folder.string() + ": " + (error ? error.message() : std::to_string(free_mib) + " MiB free"),
-                   "room for more than record.min_free_mib, " + std::to_string(config.record.min_free_mib) + " MiB");
+                   "room for more than record.min_free_mib, " + std::to_string(config.recording.min_free_mib) + " MiB");
     return;
   }
   const double rate = write_rate(folder, options.write_bytes), needed = camera_rate(config);
@@ -71,7 +71,7 @@ void check_disk(const NodeConfig& config, const DoctorOptions& options, Diagnosi
   }
   std::string found = folder.string() + ": " + std::to_string(free_mib) + " MiB free, writes " + whole(rate) + " MB/s";
   if (needed > 0) {
-    const double minutes = static_cast<double>(free_mib - config.record.min_free_mib) * 1.048576 / needed / 60;
+    const double minutes = static_cast<double>(free_mib - config.recording.min_free_mib) * 1.048576 / needed / 60;
     found += "; the camera gives " + whole(needed) + " MB/s, room for " + whole(minutes) + " min";
   }
   if (rate < kHeadroom * needed)

@@ -15,7 +15,7 @@
 #include "drivers/support/rank_text.hpp"
 #include "firmware/node/status_maker.hpp"
 #include "firmware/realtime/realtime.hpp"
-#include "firmware/record/frame_recorder.hpp"
+#include "firmware/recording/frame_recorder.hpp"
 #include "firmware/service/notifier.hpp"
 #include "firmware/service/stop_signals.hpp"
 #include "firmware/service/watchdog.hpp"
@@ -61,10 +61,11 @@ Outcome<std::unique_ptr<Transmitter>> start_transmitter(const NodeConfig& config
 
 Outcome<std::unique_ptr<FrameRecorder>> start_recorder(const NodeConfig& config, const Instrument& instrument) {
   std::error_code error;
-  if (config.camera->kind == "recording" && std::filesystem::equivalent(config.camera->argument, config.record.folder, error))
+  if (config.camera->kind == "recording" &&
+      std::filesystem::equivalent(config.camera->argument, config.recording.folder, error))
     return Problem{
-        Exit::kUsage, "a recording cannot be recorded over itself", config.record.folder.string(), "another folder", "", ""};
-  return FrameRecorder::start(config.record, instrument.rig, instrument.camera->width(), instrument.camera->height());
+        Exit::kUsage, "a recording cannot be recorded over itself", config.recording.folder.string(), "another folder", "", ""};
+  return FrameRecorder::start(config.recording, instrument.rig, instrument.camera->width(), instrument.camera->height());
 }
 
 struct RunRecording {
@@ -76,7 +77,7 @@ struct RunRecording {
 // A disk that takes no recording ends the run of a person who asked for one by hand. Where the file asks at every start the
 // measurement goes on without, as it does when the disk fills up later.
 Outcome<RunRecording> start_recording(const NodeConfig& config, const Instrument& instrument) {
-  RunRecording recording{config.record.folder, nullptr, {}};
+  RunRecording recording{config.recording.folder, nullptr, {}};
   if (recording.folder.empty()) return recording;
   auto recorder = start_recorder(config, instrument);
   if (recorder) {
@@ -84,7 +85,7 @@ Outcome<RunRecording> start_recording(const NodeConfig& config, const Instrument
     recording.recorder = std::move(*recorder);
   } else {
     const Problem& problem = recorder.error();
-    if (!config.record.may_count || problem.exit != Exit::kInput) return problem;
+    if (!config.recording.numbered_folders || problem.exit != Exit::kInput) return problem;
     recording.refusal = problem.what + ": " + problem.found;
     if (!problem.expected.empty()) recording.refusal += ", expected " + problem.expected;
   }

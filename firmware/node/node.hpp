@@ -46,7 +46,7 @@ struct RunOptions {
 
 // Returns after options.frames records, at the camera's end, or soon after stop becomes true (set it from a signal
 // handler). Problem: kDevice or kInput when the camera does not start, kUsage when the host is no HOST:PORT, kNetwork when
-// there is no socket to send through, kInput when config.record.may_count is false and the disk takes no recording.
+// there is no socket to send through, kInput when config.recording.numbered_folders is false and the disk takes no recording.
 [[nodiscard]] Outcome<RunReport> run_node(const NodeConfig& config, Instrument& instrument, const RunOptions& options,
                                           const std::atomic<bool>& stop);
 

@@ -7,7 +7,7 @@
 
 #include "firmware/health/board_health.hpp"
 #include "firmware/loop/frame_loop.hpp"
-#include "firmware/record/frame_recorder.hpp"
+#include "firmware/recording/frame_recorder.hpp"
 #include "firmware/strobe/strobe.hpp"
 #include "proto/messages.hpp"
 

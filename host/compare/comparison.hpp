@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "drivers/recording/truth.hpp"
-#include "host/compare/run_geometry.hpp"
-#include "host/table/coefficient_run.hpp"
+#include "host/coefficients/row_reader.hpp"
+#include "host/coefficients/run_geometry.hpp"
 
 namespace srd::host {
 

@@ -93,7 +93,7 @@ Outcome<void> listen(const ListenOptions& options, const std::atomic<bool>& stop
   if (!address->is_loopback())
     options.say("warning: " + socket->local().text() +
                 ": without a key anyone on this network can send frames; nothing proves which node they are from");
-  std::unique_ptr<CsvRecord> record;
+  std::unique_ptr<CoefficientFile> record;
   std::vector<FrameSink*> sinks = options.further_sinks;
   SurfaceCount surfaces;
   sinks.push_back(&surfaces);
@@ -102,7 +102,7 @@ Outcome<void> listen(const ListenOptions& options, const std::atomic<bool>& stop
   session_options.session = random_number();
   if (options.count > 0) session_options.most_rows = options.count;
   if (!options.csv.empty()) {
-    auto opened = CsvRecord::open(options.csv, options.open);
+    auto opened = CoefficientFile::open(options.csv, options.open);
     if (!opened) return opened.error();
     record = std::move(*opened);
     session_options.recorded = record->recorded();

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "drivers/net/udp_socket.hpp"
-#include "host/listen/csv_record.hpp"
+#include "host/listen/coefficient_file.hpp"
 #include "host/listen/session.hpp"
 
 namespace srd::host {

@@ -5,8 +5,8 @@
 #include <fstream>
 #include <string>
 
-#include "host/listen/csv_row.hpp"
-#include "host/table/coefficient_columns.hpp"
+#include "host/coefficients/columns.hpp"
+#include "host/coefficients/row_writer.hpp"
 
 namespace srd::host {
 namespace {

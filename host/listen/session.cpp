@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "host/listen/csv_row.hpp"
+#include "host/coefficients/row_writer.hpp"
 
 namespace srd::host {
 

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "drivers/support/formatted.hpp"
-#include "host/table/coefficient_columns.hpp"
+#include "host/coefficients/columns.hpp"
 
 namespace srd::host {
 namespace {

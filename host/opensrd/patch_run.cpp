@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drivers/geometry/calibration.hpp"
+#include "drivers/geometry/points.hpp"
 #include "drivers/recording/image_file.hpp"
 #include "drivers/support/text_file.hpp"
 #include "host/opensrd/frame_list.hpp"

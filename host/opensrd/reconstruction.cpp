@@ -5,6 +5,9 @@
 #include <array>
 #include <cstdio>
 
+#include "drivers/geometry/calibration.hpp"
+#include "drivers/geometry/points.hpp"
+#include "drivers/geometry/pose.hpp"
 #include "drivers/recording/image_file.hpp"
 #include "drivers/support/text_file.hpp"
 #include "host/opensrd/frame_list.hpp"

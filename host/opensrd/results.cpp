@@ -9,8 +9,8 @@
 
 #include "drivers/recording/natural_order.hpp"
 #include "drivers/support/text_file.hpp"
+#include "host/coefficients/model_file.hpp"
 #include "host/run/features.hpp"
-#include "host/table/model_sidecar.hpp"
 
 namespace srd::host::opensrd {
 
@@ -32,7 +32,7 @@ bool is_frame_file(const fs::path& file) {
 }
 
 std::vector<fs::path> single_files(const OutputPlan& plan) {
-  std::vector<fs::path> files = {plan.series, model_sidecar_path(plan.series), plan.summary};
+  std::vector<fs::path> files = {plan.series, model_file_path(plan.series), plan.summary};
   for (const fs::path& file : {plan.coefficients, plan.errors, plan.centres})
     if (!file.empty()) files.push_back(file);
   files.insert(files.end(), plan.poses.begin(), plan.poses.end());

@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "drivers/recording/rig.hpp"
 #include "host/opensrd/settings.hpp"
 #include "host/run/frame_record.hpp"
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "drivers/support/problem.hpp"
-#include "host/compare/run_geometry.hpp"
+#include "host/coefficients/run_geometry.hpp"
 
 namespace srd::host {
 

@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "host/coefficients/row_reader.hpp"
 #include "host/plot/axis.hpp"
-#include "host/table/coefficient_run.hpp"
 
 namespace srd::host {
 

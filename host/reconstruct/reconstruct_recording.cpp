@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "drivers/geometry/calibration.hpp"
+#include "drivers/geometry/points.hpp"
+#include "drivers/geometry/pose.hpp"
 #include "drivers/recording/recording.hpp"
 #include "drivers/support/text_file.hpp"
 #include "dsp/pipeline/pattern.hpp"

@@ -7,7 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "drivers/recording/rig.hpp"
+#include "drivers/geometry/calibration.hpp"
+#include "drivers/geometry/points.hpp"
 #include "dsp/core/image_view.hpp"
 #include "host/run/board_corners.hpp"
 

@@ -10,7 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "drivers/recording/rig.hpp"
+#include "drivers/geometry/calibration.hpp"
+#include "drivers/geometry/points.hpp"
 #include "dsp/estimate/estimator.hpp"
 #include "dsp/estimate/pattern_estimator.hpp"
 #include "host/run/board_corners.hpp"

@@ -7,9 +7,9 @@
 #include <cstdio>
 
 #include "drivers/support/text_file.hpp"
+#include "host/coefficients/columns.hpp"
+#include "host/coefficients/model_file.hpp"
 #include "host/run/found_index.hpp"
-#include "host/table/coefficient_columns.hpp"
-#include "host/table/model_sidecar.hpp"
 
 namespace srd::host {
 
@@ -84,7 +84,7 @@ std::string series_csv(const RunPlan& plan, const RunResult& result) {
 }
 
 std::string series_model(const RunPlan& plan, const RunResult& result) {
-  return model_sidecar_text({{{kNode, plan.model, index_of(plan, result), extent(plan.points), plates_of(plan.media)}}});
+  return model_file_text({{{kNode, plan.model, index_of(plan, result), extent(plan.points), plates_of(plan.media)}}});
 }
 
 double pattern_height(const RunPlan& plan, const dsp::Coefficients<double>& surface) {
@@ -153,7 +153,7 @@ Outcome<void> write_series(const std::filesystem::path& series, const std::files
   std::vector<std::string> all = warnings;
   all.insert(all.end(), result.warnings.begin(), result.warnings.end());
   if (auto done = write_text_file(series, series_csv(plan, result)); !done) return done.error();
-  if (auto done = write_text_file(model_sidecar_path(series), series_model(plan, result)); !done) return done.error();
+  if (auto done = write_text_file(model_file_path(series), series_model(plan, result)); !done) return done.error();
   return write_text_file(summary, summary_text(plan, result, head, all));
 }
 

@@ -6,6 +6,9 @@
 #include <vector>
 
 #include "drivers/camera/simulator/renderer.hpp"
+#include "drivers/geometry/calibration.hpp"
+#include "drivers/geometry/points.hpp"
+#include "drivers/geometry/pose.hpp"
 #include "drivers/recording/recorded_optics.hpp"
 #include "drivers/recording/truth.hpp"
 #include "drivers/support/text_file.hpp"

@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 
 #include "drivers/camera/simulator/renderer.hpp"
+#include "drivers/geometry/calibration.hpp"
+#include "drivers/geometry/points.hpp"
+#include "drivers/geometry/pose.hpp"
 #include "drivers/recording/truth.hpp"
 #include "drivers/support/text_file.hpp"
 #include "dsp/optics/water_index.hpp"

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "firmware/doctor/doctor.hpp"
+#include "drivers/geometry/calibration.hpp"
+#include "drivers/geometry/points.hpp"
+#include "drivers/geometry/pose.hpp"
 #include "firmware/config/strobe_factory.hpp"
 
 #include <gtest/gtest.h>
@@ -55,8 +58,8 @@ void expect(const Diagnosis& diagnosis, const std::string& subject, Verdict verd
 TEST(Doctor, FindsNothingWrongWithASimulatedNode) {
   const fakes::ScratchFolder scratch;
   NodeConfig config = simulated();
-  config.record.folder = scratch.path() / "new/rec";
-  config.record.min_free_mib = 0;
+  config.recording.folder = scratch.path() / "new/rec";
+  config.recording.min_free_mib = 0;
   const Outcome<NodeConfig> loaded = config;
   Diagnosis diagnosis;
   DoctorOptions options = quick();
@@ -83,8 +86,8 @@ TEST(Doctor, GoesOnAfterEveryFailure) {
   NodeConfig config = simulated();
   config.camera = CameraSource{"recording", "/nowhere"};
   config.host = "flume..invalid:47810";
-  config.record.folder = "/proc/rec";
-  config.record.min_free_mib = 0;
+  config.recording.folder = "/proc/rec";
+  config.recording.min_free_mib = 0;
   const Outcome<NodeConfig> loaded = config;
   Diagnosis second;
   examine(&loaded, quick(), second);
@@ -257,8 +260,8 @@ TEST(Doctor, LooksAtTheLinesOfTheConfiguration) {
 TEST(Doctor, ADiskWithoutRoomFails) {
   const fakes::ScratchFolder scratch;
   NodeConfig config = simulated();
-  config.record.folder = scratch.path() / "rec";
-  config.record.min_free_mib = std::uint64_t{1} << 40;
+  config.recording.folder = scratch.path() / "rec";
+  config.recording.min_free_mib = std::uint64_t{1} << 40;
   Diagnosis diagnosis;
   check_disk(config, quick(), diagnosis);
   expect(diagnosis, "disk", Verdict::kFail, "MiB free");

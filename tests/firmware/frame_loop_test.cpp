@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "firmware/loop/frame_loop.hpp"
+#include "drivers/geometry/calibration.hpp"
+#include "drivers/geometry/pose.hpp"
 
 #include <gtest/gtest.h>
 

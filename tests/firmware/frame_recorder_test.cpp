@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "firmware/record/frame_recorder.hpp"
+#include "firmware/recording/frame_recorder.hpp"
 
 #include <gtest/gtest.h>
 
@@ -44,8 +44,8 @@ std::vector<proto::CoefficientFrame> run(Instrument& instrument, std::uint64_t f
   return records;
 }
 
-RecordSection section_of(const std::filesystem::path& folder) {
-  RecordSection section;
+RecordingSection section_of(const std::filesystem::path& folder) {
+  RecordingSection section;
   section.folder = folder;
   section.min_free_mib = 0;
   section.sync_ms = 20;
@@ -66,7 +66,7 @@ struct Frames {
   }
 };
 
-Outcome<std::unique_ptr<FrameRecorder>> start(const RecordSection& section) {
+Outcome<std::unique_ptr<FrameRecorder>> start(const RecordingSection& section) {
   static const Instrument instrument = instrument_of();
   return FrameRecorder::start(section, instrument.rig, 60, 30);
 }
@@ -109,7 +109,7 @@ TEST(FrameRecorder, AReplayGivesTheSameRecordsBitForBit) {
 
 TEST(FrameRecorder, ADiskThatIsTooSlowCostsFramesOfTheRecordingOnly) {
   const fakes::ScratchFolder scratch;
-  RecordSection section = section_of(scratch.path() / "rec");
+  RecordingSection section = section_of(scratch.path() / "rec");
   section.queue_frames = 2;
   auto recorder = start(section);
   ASSERT_TRUE(recorder.ok()) << recorder.error().text();
@@ -143,7 +143,7 @@ TEST(FrameRecorder, WhatCannotBeWrittenEndsTheRecordingWithItsReason) {
 
 TEST(FrameRecorder, EndsBeforeTheDiskIsFull) {
   const fakes::ScratchFolder scratch;
-  RecordSection section = section_of(scratch.path() / "rec");
+  RecordingSection section = section_of(scratch.path() / "rec");
   section.min_free_mib = std::uint64_t{1} << 40;
   const auto refused = start(section);
   ASSERT_FALSE(refused.ok());
@@ -153,7 +153,7 @@ TEST(FrameRecorder, EndsBeforeTheDiskIsFull) {
 
 TEST(FrameRecorder, AQueueBeyondAllMemoryIsRefused) {
   const fakes::ScratchFolder scratch;
-  RecordSection section = section_of(scratch.path() / "rec");
+  RecordingSection section = section_of(scratch.path() / "rec");
   section.queue_frames = SIZE_MAX / 2000;  // times 60 x 30 it is beyond any address
   const auto refused = start(section);
   ASSERT_FALSE(refused.ok());
@@ -177,7 +177,7 @@ TEST(FrameRecorder, AFrameFromThePastIsNotRecorded) {
 
 TEST(FrameRecorder, EachStartOfANodeHasAFolderOfItsOwn) {
   const fakes::ScratchFolder scratch;
-  const RecordSection section = section_of(scratch.path() / "rec");
+  const RecordingSection section = section_of(scratch.path() / "rec");
   std::vector<std::filesystem::path> folders;
   for (int i = 0; i < 3; ++i) {
     auto recorder = start(section);
@@ -186,8 +186,8 @@ TEST(FrameRecorder, EachStartOfANodeHasAFolderOfItsOwn) {
   }
   EXPECT_EQ(folders,
             (std::vector<std::filesystem::path>{scratch.path() / "rec", scratch.path() / "rec-2", scratch.path() / "rec-3"}));
-  RecordSection exact = section;
-  exact.may_count = false;
+  RecordingSection exact = section;
+  exact.numbered_folders = false;
   EXPECT_FALSE(start(exact).ok());
 }
 

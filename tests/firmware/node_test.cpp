@@ -45,8 +45,8 @@ TEST(Node, RecordsWhatItMeasures) {
   const fakes::ScratchFolder scratch;
   auto config = NodeConfig::parse(kSimulatedNode, "node.toml");
   ASSERT_TRUE(config.ok());
-  config->record.folder = scratch.path() / "rec";
-  config->record.min_free_mib = 0;
+  config->recording.folder = scratch.path() / "rec";
+  config->recording.min_free_mib = 0;
   std::string said;
   RunOptions options;
   options.frames = 8;
@@ -59,7 +59,7 @@ TEST(Node, RecordsWhatItMeasures) {
   EXPECT_NE(said.find("rec"), std::string::npos);
   EXPECT_NE(report->text().find("recorded  8 frames"), std::string::npos) << report->text();
   config->camera = CameraSource{"recording", (scratch.path() / "rec").string()};
-  config->record.folder.clear();
+  config->recording.folder.clear();
   config->lx_mm = 240;
   config->ly_mm = 440;
   const auto replay = run(*config, {}, stop);
@@ -72,9 +72,9 @@ TEST(Node, MeasuresOnADiskThatTakesNoRecording) {
   scratch.write("file", "");
   auto config = NodeConfig::parse(kSimulatedNode, "node.toml");
   ASSERT_TRUE(config.ok());
-  const RecordSection full{.folder = scratch.path() / "rec", .min_free_mib = std::uint64_t{1} << 40};
-  const RecordSection nowhere{.folder = scratch.path() / "file/rec", .min_free_mib = 0};
-  for (const RecordSection& section : {full, nowhere}) {
+  const RecordingSection full{.folder = scratch.path() / "rec", .min_free_mib = std::uint64_t{1} << 40};
+  const RecordingSection nowhere{.folder = scratch.path() / "file/rec", .min_free_mib = 0};
+  for (const RecordingSection& section : {full, nowhere}) {
     fakes::NotifySocket manager;
     config->record = section;
     std::string said;
@@ -91,7 +91,7 @@ TEST(Node, MeasuresOnADiskThatTakesNoRecording) {
     const auto statuses = manager.said();
     EXPECT_TRUE(std::any_of(statuses.begin(), statuses.end(),
                             [](const std::string& s) { return s.find("recording stopped") != std::string::npos; }));
-    config->record.may_count = false;  // by hand
+    config->recording.numbered_folders = false;  // by hand
     const auto refused = run(*config, options, stop);
     ASSERT_FALSE(refused.ok());
     EXPECT_EQ(refused.error().exit, Exit::kInput);

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "drivers/support/csv_table.hpp"
-#include "host/listen/csv_row.hpp"
+#include "host/coefficients/row_writer.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
   const std::string text(reinterpret_cast<const char*>(bytes), size);

@@ -141,10 +141,10 @@ TEST_F(CompareCommand, PrintsAndJudgesTheSurface) {
 
 TEST_F(CompareCommand, TakesTheModelFileBesideTheCoefficients) {
   NodeModel node{.node = "n", .model = square().model, .refractive_index = 1.333, .pattern = square().pattern};
-  ASSERT_TRUE(write_model_sidecar(model_sidecar_path(folder_ / "run.csv"), {{node}}));
+  ASSERT_TRUE(write_model_file(model_file_path(folder_ / "run.csv"), {{node}}));
   EXPECT_EQ(0, run({"--max-rms", "0.051"})) << said_;
   node.model.modes = *dsp::ModeList::standard(5);
-  ASSERT_TRUE(write_model_sidecar(model_sidecar_path(folder_ / "run.csv"), {{node}}));
+  ASSERT_TRUE(write_model_file(model_file_path(folder_ / "run.csv"), {{node}}));
   EXPECT_EQ(2, run({}));
   EXPECT_NE(std::string::npos, said_.find("other modes")) << said_;
 }

@@ -10,7 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "drivers/recording/rig.hpp"
+#include "drivers/geometry/calibration.hpp"
+#include "drivers/geometry/points.hpp"
+#include "drivers/geometry/pose.hpp"
 #include "drivers/support/csv_table.hpp"
 #include "drivers/support/text_file.hpp"
 #include "host/reconstruct/command.hpp"

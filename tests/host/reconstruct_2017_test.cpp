@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include "drivers/camera/simulator/renderer.hpp"
+#include "drivers/geometry/calibration.hpp"
+#include "drivers/geometry/points.hpp"
+#include "host/coefficients/model_file.hpp"
 #include "host/opensrd/patch_run.hpp"
 #include "host/run/ordered_work.hpp"
 #include "host/run/pattern_mask.hpp"
-#include "host/table/model_sidecar.hpp"
 #include "tests/host/opensrd_folder.hpp"
 
 namespace srd::host {
@@ -144,7 +146,7 @@ TEST(Reconstruct2017, APlaneIsFittedWithDeviationsThatCoverItsError) {
   const CommandResult done = lab.run({"--model", "plane"});
   ASSERT_EQ(done.exit, 0) << done.err;
   const auto lines = coefficient_lines(lab.result("RESULTS/Series.txt"));
-  const auto models = read_model_sidecar(lab.out() / "surface.csv.model.toml");
+  const auto models = read_model_file(lab.out() / "surface.csv.model.toml");
   ASSERT_TRUE(models) << models.error().text();
   const auto& model = models->nodes.at(0).model;
   const auto table = CsvTable::read(lab.out() / "surface.csv");

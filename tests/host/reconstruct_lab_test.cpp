@@ -2,6 +2,8 @@
 // srd reconstruct on the lab's recordings and on rendered cases with known truth. BARS: data/opensrd-2016, p1, p2.
 #include <gtest/gtest.h>
 
+#include "drivers/geometry/points.hpp"
+#include "drivers/geometry/pose.hpp"
 #include "host/opensrd/reconstruction.hpp"
 #include "host/run/series.hpp"
 #include "tests/host/opensrd_folder.hpp"

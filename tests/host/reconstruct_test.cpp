@@ -2,6 +2,7 @@
 // srd reconstruct on OpenSRD folders whose features follow exactly from known surfaces.
 #include <gtest/gtest.h>
 
+#include "drivers/geometry/points.hpp"
 #include "tests/host/opensrd_folder.hpp"
 
 namespace srd::host {

@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "drivers/geometry/pose.hpp"
 #include "drivers/support/text_file.hpp"
 #include "drivers/support/toml_reader.hpp"
 #include "dsp/optics/water_index.hpp"

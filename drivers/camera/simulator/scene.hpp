@@ -9,7 +9,8 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/recording/rig.hpp"
+#include "drivers/geometry/calibration.hpp"
+#include "drivers/geometry/points.hpp"
 #include "drivers/support/problem.hpp"
 #include "dsp/optics/refraction.hpp"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // One node's coefficients from a CSV file of `srd listen` or `srd reconstruct`:
-// columns as in coefficient_columns.hpp, found by name; what earlier versions wrote and other programs saved again too.
+// columns as in columns.hpp, found by name; what earlier versions wrote and other programs saved again too.
 #pragma once
 
 #include <cstdint>

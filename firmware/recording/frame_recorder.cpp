@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "firmware/record/frame_recorder.hpp"
+#include "firmware/recording/frame_recorder.hpp"
 
 #include <chrono>
 #include <cstdint>
 #include <cstring>
 #include <new>
 
+#include "drivers/geometry/calibration.hpp"
+#include "drivers/geometry/points.hpp"
+#include "drivers/geometry/pose.hpp"
 #include "firmware/service/stop_signals.hpp"
 
 namespace srd::firmware {
@@ -42,7 +45,7 @@ Outcome<void> write_rig(const std::filesystem::path& folder, const RecordedRig& 
 
 }  // namespace
 
-Outcome<std::unique_ptr<FrameRecorder>> FrameRecorder::start(const RecordSection& section, const RecordedRig& rig, int width,
+Outcome<std::unique_ptr<FrameRecorder>> FrameRecorder::start(const RecordingSection& section, const RecordedRig& rig, int width,
                                                              int height) {
   if (const std::uint64_t free_mib = free_mib_at(section.folder); free_mib < section.min_free_mib)
     return Problem{Exit::kInput,
@@ -63,7 +66,7 @@ Outcome<std::unique_ptr<FrameRecorder>> FrameRecorder::start(const RecordSection
                    "images of " + std::to_string(width) + " x " + std::to_string(height) + " that fit the memory",
                    std::to_string(section.queue_frames) + ", " + std::to_string(queue_bytes >> 20) + " MiB",
                    "fewer"};
-  const bool count = section.may_count && !section.force;
+  const bool count = section.numbered_folders && !section.force;
   auto recording = DurableRecording::create(count ? unused(section.folder) : section.folder, section.force);
   if (!recording) return recording.error();
   if (auto written = write_rig(recording->folder(), rig); !written) return written.error();
@@ -73,7 +76,7 @@ Outcome<std::unique_ptr<FrameRecorder>> FrameRecorder::start(const RecordSection
   return made;
 }
 
-FrameRecorder::FrameRecorder(DurableRecording recording, const RecordSection& section, int width, int height,
+FrameRecorder::FrameRecorder(DurableRecording recording, const RecordingSection& section, int width, int height,
                              std::unique_ptr<std::uint8_t[]> pixels)
     : recording_(std::move(recording)),
       section_(section),

@@ -12,8 +12,8 @@
 #include "drivers/camera/camera.hpp"
 #include "drivers/recording/durable_recording.hpp"
 #include "dsp/core/spsc_ring.hpp"
-#include "firmware/record/record_section.hpp"
-#include "firmware/record/recorded_rig.hpp"
+#include "firmware/recording/recorded_rig.hpp"
+#include "firmware/recording/recording_section.hpp"
 
 namespace srd::firmware {
 
@@ -21,7 +21,7 @@ class FrameRecorder {
  public:
   // Makes the folder, reserves the queue for images of width x height, starts the thread. kUsage when the folder holds a
   // recording or the memory no queue, kInput when it cannot be written or has too little room.
-  [[nodiscard]] static Outcome<std::unique_ptr<FrameRecorder>> start(const RecordSection& section, const RecordedRig& rig,
+  [[nodiscard]] static Outcome<std::unique_ptr<FrameRecorder>> start(const RecordingSection& section, const RecordedRig& rig,
                                                                      int width, int height);
   FrameRecorder(const FrameRecorder&) = delete;
   FrameRecorder& operator=(const FrameRecorder&) = delete;
@@ -52,7 +52,7 @@ class FrameRecorder {
   };
   static constexpr int kRecording = 0, kTooLittleRoom = -1;  // else the errno of a write
 
-  FrameRecorder(DurableRecording recording, const RecordSection& section, int width, int height,
+  FrameRecorder(DurableRecording recording, const RecordingSection& section, int width, int height,
                 std::unique_ptr<std::uint8_t[]> pixels);
   void run();
   void write(const Queued& queued);
@@ -61,7 +61,7 @@ class FrameRecorder {
   [[nodiscard]] std::uint8_t* pixels(std::uint64_t buffer) { return pixels_.get() + buffer * image_bytes_; }
 
   DurableRecording recording_;
-  RecordSection section_;
+  RecordingSection section_;
   int width_, height_;
   std::size_t image_bytes_;
   std::unique_ptr<std::uint8_t[]> pixels_;  // of every place in the queue

@@ -44,22 +44,22 @@ struct NodeModel {
   Plates plates{};
 };
 
-struct ModelSidecar {
+struct ModelFile {
   std::vector<NodeModel> nodes;
   // nullptr when the file says nothing of it.
   [[nodiscard]] const NodeModel* find(std::string_view node) const;
 };
 
 // "run.csv" -> "run.csv.model.toml", in the same folder.
-[[nodiscard]] std::filesystem::path model_sidecar_path(const std::filesystem::path& csv);
+[[nodiscard]] std::filesystem::path model_file_path(const std::filesystem::path& csv);
 
 // kUsage with file and line for a missing, unknown, wrong or repeated value.
-[[nodiscard]] Outcome<ModelSidecar> read_model_sidecar(const std::filesystem::path& file);
-[[nodiscard]] Outcome<ModelSidecar> parse_model_sidecar(std::string_view text, const std::string& name);
+[[nodiscard]] Outcome<ModelFile> read_model_file(const std::filesystem::path& file);
+[[nodiscard]] Outcome<ModelFile> parse_model_file(std::string_view text, const std::string& name);
 
 // The file's contents; reads back as the same numbers.
-[[nodiscard]] std::string model_sidecar_text(const ModelSidecar& sidecar);
+[[nodiscard]] std::string model_file_text(const ModelFile& model_file);
 // Replaces the file at once (a reader sees the old or the new one). kInput when it cannot be written.
-[[nodiscard]] Outcome<void> write_model_sidecar(const std::filesystem::path& file, const ModelSidecar& sidecar);
+[[nodiscard]] Outcome<void> write_model_file(const std::filesystem::path& file, const ModelFile& model_file);
 
 }  // namespace srd::host

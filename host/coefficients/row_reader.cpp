@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/table/coefficient_run.hpp"
+#include "host/coefficients/row_reader.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <set>
 #include <utility>
 
-#include "host/table/coefficient_columns.hpp"
+#include "host/coefficients/columns.hpp"
 
 namespace srd::host {
 namespace {

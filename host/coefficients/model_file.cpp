@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/table/model_sidecar.hpp"
+#include "host/coefficients/model_file.hpp"
 
 #include <system_error>
 #include <utility>
@@ -80,8 +80,8 @@ std::optional<PatternExtent> read_extent(TomlTable& table) {
   return PatternExtent{(*x)[0], (*x)[1], (*y)[0], (*y)[1]};
 }
 
-Outcome<ModelSidecar> read(const TomlFile& file) {
-  ModelSidecar sidecar;
+Outcome<ModelFile> read(const TomlFile& file) {
+  ModelFile model_file;
   TomlTable root = file.root();
   std::vector<TomlTable> tables = root.tables("node");
   if (!root.has("node")) root.missing("node", "one [[node]] table a node");
@@ -90,7 +90,7 @@ Outcome<ModelSidecar> read(const TomlFile& file) {
     const auto name = table.text("name");
     if (!name && !table.has("name")) table.missing("name", "the node's name as in the CSV file");
     node.node = name.value_or("");
-    if (name && sidecar.find(*name) != nullptr) table.complain("name", "every node once", "\"" + *name + "\" twice");
+    if (name && model_file.find(*name) != nullptr) table.complain("name", "every node once", "\"" + *name + "\" twice");
     node.model.modes = read_modes(table).value_or(dsp::ModeList{});
     const NumberRange length{1e-3, kMostMm, "mm"}, place{-kMostMm, kMostMm, "mm"};
     node.model.lx = required(table, "lx", length, "length scale Lx, mm");
@@ -100,41 +100,41 @@ Outcome<ModelSidecar> read(const TomlFile& file) {
     node.refractive_index = required(table, "refractive_index", {1.0, 4.0, ""}, "index of the water");
     node.pattern = read_extent(table);
     node.plates = read_plates(table);
-    sidecar.nodes.push_back(std::move(node));
+    model_file.nodes.push_back(std::move(node));
   }
   if (auto done = file.finish(); !done) return done.error();
-  return sidecar;
+  return model_file;
 }
 
 }  // namespace
 
-const NodeModel* ModelSidecar::find(std::string_view node) const {
+const NodeModel* ModelFile::find(std::string_view node) const {
   for (const NodeModel& candidate : nodes)
     if (candidate.node == node) return &candidate;
   return nullptr;
 }
 
-std::filesystem::path model_sidecar_path(const std::filesystem::path& csv) {
+std::filesystem::path model_file_path(const std::filesystem::path& csv) {
   std::filesystem::path path = csv;
   path += ".model.toml";
   return path;
 }
 
-Outcome<ModelSidecar> read_model_sidecar(const std::filesystem::path& file) {
+Outcome<ModelFile> read_model_file(const std::filesystem::path& file) {
   const auto toml = TomlFile::load(file);
   if (!toml) return toml.error();
   return read(*toml);
 }
 
-Outcome<ModelSidecar> parse_model_sidecar(std::string_view text, const std::string& name) {
+Outcome<ModelFile> parse_model_file(std::string_view text, const std::string& name) {
   const auto toml = TomlFile::parse(text, name);
   if (!toml) return toml.error();
   return read(*toml);
 }
 
-std::string model_sidecar_text(const ModelSidecar& sidecar) {
+std::string model_file_text(const ModelFile& model_file) {
   std::string out = "# The surface model behind the coefficients of the CSV file beside this one. Lengths in mm.\n";
-  for (const NodeModel& node : sidecar.nodes) {
+  for (const NodeModel& node : model_file.nodes) {
     std::string modes;
     for (const dsp::Mode& mode : node.model.modes) {
       if (!modes.empty()) modes += ", ";
@@ -153,10 +153,10 @@ std::string model_sidecar_text(const ModelSidecar& sidecar) {
   return out;
 }
 
-Outcome<void> write_model_sidecar(const std::filesystem::path& file, const ModelSidecar& sidecar) {
+Outcome<void> write_model_file(const std::filesystem::path& file, const ModelFile& model_file) {
   std::filesystem::path half = file;
   half += ".part";
-  if (auto written = write_text_file(half, model_sidecar_text(sidecar)); !written) return written.error();
+  if (auto written = write_text_file(half, model_file_text(model_file)); !written) return written.error();
   std::error_code error;
   std::filesystem::rename(half, file, error);
   if (error)

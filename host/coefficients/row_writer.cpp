@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/listen/csv_row.hpp"
+#include "host/coefficients/row_writer.hpp"
 
 #include <array>
 #include <charconv>
 #include <vector>
 
-#include "host/table/coefficient_columns.hpp"
+#include "host/coefficients/columns.hpp"
 
 namespace srd::host {
 namespace {

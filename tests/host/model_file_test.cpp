@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/table/model_sidecar.hpp"
+#include "host/coefficients/model_file.hpp"
 
 #include <gtest/gtest.h>
 
@@ -17,21 +17,21 @@ NodeModel flume(const std::string& name) {
   return node;
 }
 
-const std::string kGood = model_sidecar_text({{flume("a")}});
+const std::string kGood = model_file_text({{flume("a")}});
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
   return text.replace(text.find(from), from.size(), to);
 }
 
-TEST(ModelSidecar, ReadsBackWhatItWrote) {
-  ModelSidecar written{{flume("flume-1"), flume("odd \"name\"\\\t")}};
+TEST(ModelFile, ReadsBackWhatItWrote) {
+  ModelFile written{{flume("flume-1"), flume("odd \"name\"\\\t")}};
   written.nodes[1].pattern.reset();
   written.nodes[1].plates = {{12, 1.49}, {1.0 / 3, 1}};
   const fakes::ScratchFolder scratch;
-  const auto file = model_sidecar_path(scratch.path() / "sidecar.csv");
-  EXPECT_EQ("sidecar.csv.model.toml", file.filename());
-  ASSERT_TRUE(write_model_sidecar(file, written));
-  const auto read = read_model_sidecar(file);
+  const auto file = model_file_path(scratch.path() / "model_file.csv");
+  EXPECT_EQ("model_file.csv.model.toml", file.filename());
+  ASSERT_TRUE(write_model_file(file, written));
+  const auto read = read_model_file(file);
   ASSERT_TRUE(read) << read.error().text();
   ASSERT_EQ(2u, read->nodes.size());
   for (std::size_t i = 0; i < 2; ++i) {
@@ -50,7 +50,7 @@ TEST(ModelSidecar, ReadsBackWhatItWrote) {
   EXPECT_EQ(nullptr, read->find("flume"));
 }
 
-TEST(ModelSidecar, NamesWhatIsWrongAndWhere) {
+TEST(ModelFile, NamesWhatIsWrongAndWhere) {
   struct Case {
     std::string text, says, line;
   };
@@ -67,7 +67,7 @@ TEST(ModelSidecar, NamesWhatIsWrongAndWhere) {
       {kGood + kGood.substr(kGood.find("[[node]]")), "every node once", "m.toml:14"},
   };
   for (const Case& c : cases) {
-    const auto read = parse_model_sidecar(c.text, "m.toml");
+    const auto read = parse_model_file(c.text, "m.toml");
     ASSERT_FALSE(read) << c.text;
     EXPECT_EQ(Exit::kUsage, read.error().exit);
     EXPECT_NE(std::string::npos, read.error().text().find(c.says)) << c.says << "\n" << read.error().text();

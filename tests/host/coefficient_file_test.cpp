@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/listen/csv_record.hpp"
+#include "host/listen/coefficient_file.hpp"
 
 #include <cmath>
 #include <filesystem>
@@ -9,9 +9,9 @@
 #include <gtest/gtest.h>
 
 #include "drivers/support/csv_table.hpp"
-#include "host/listen/csv_row.hpp"
+#include "host/coefficients/columns.hpp"
+#include "host/coefficients/row_writer.hpp"
 #include "host/listen/recorded.hpp"
-#include "host/table/coefficient_columns.hpp"
 
 namespace srd::host {
 namespace {
@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 // A folder that is gone afterwards.
 struct Folder {
   Folder() {
-    std::string name = (fs::temp_directory_path() / "srd_csv_record_XXXXXX").string();
+    std::string name = (fs::temp_directory_path() / "srd_coefficient_file_XXXXXX").string();
     path = ::mkdtemp(name.data());
   }
   ~Folder() { fs::remove_all(path); }
@@ -62,18 +62,18 @@ std::string text_of(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-std::unique_ptr<CsvRecord> open(const fs::path& file, OpenMode mode) {
-  auto record = CsvRecord::open(file, mode);
+std::unique_ptr<CoefficientFile> open(const fs::path& file, OpenMode mode) {
+  auto record = CoefficientFile::open(file, mode);
   EXPECT_TRUE(record.ok()) << (record.ok() ? "" : record.error().text());
   return record.ok() ? std::move(*record) : nullptr;
 }
 
-void write(CsvRecord& record, std::uint64_t sequence, const proto::CoefficientFrame& frame) {
+void write(CoefficientFile& record, std::uint64_t sequence, const proto::CoefficientFrame& frame) {
   ASSERT_TRUE(record.write(kNode, sequence, frame).ok());
   ASSERT_TRUE(record.flush().ok());
 }
 
-TEST(CsvRecord, WritesTheColumnsThatProgramsAgreeOn) {
+TEST(CoefficientFile, WritesTheColumnsThatProgramsAgreeOn) {
   const Folder folder;
   const auto record = open(folder.path / "run.csv", OpenMode::kNew);
   proto::CoefficientFrame dated = frame_of(3, 80.25f);
@@ -100,7 +100,7 @@ TEST(CsvRecord, WritesTheColumnsThatProgramsAgreeOn) {
   EXPECT_TRUE(std::isnan(table->numbers("A00").value()[1]));
 }
 
-TEST(CsvRecord, CoefficientsComeBackToTheLastBit) {
+TEST(CoefficientFile, CoefficientsComeBackToTheLastBit) {
   for (const float a : {1.0f / 3, 1e-7f, 123456.789f, -0.0f, std::nextafter(80.0f, 81.0f)}) {
     proto::CoefficientFrame frame = frame_of(1, a);
     std::string row = coefficient_header(frame.model.modes);
@@ -110,23 +110,23 @@ TEST(CsvRecord, CoefficientsComeBackToTheLastBit) {
   }
 }
 
-TEST(CsvRecord, RefusesAnExistingFileUnlessForced) {
+TEST(CoefficientFile, RefusesAnExistingFileUnlessForced) {
   const Folder folder;
   const fs::path file = folder.path / "run.csv";
   std::ofstream(file) << "precious\n";
-  const auto refused = CsvRecord::open(file, OpenMode::kNew);
+  const auto refused = CoefficientFile::open(file, OpenMode::kNew);
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().exit, Exit::kUsage);
   EXPECT_EQ(refused.error().where, file.string());
   EXPECT_EQ(text_of(file), "precious\n");
-  EXPECT_FALSE(CsvRecord::open(file, OpenMode::kAppend).ok());  // not ours
+  EXPECT_FALSE(CoefficientFile::open(file, OpenMode::kAppend).ok());  // not ours
   EXPECT_EQ(text_of(file), "precious\n");
   write(*open(file, OpenMode::kReplace), 0, frame_of(1, 1));
   EXPECT_TRUE(text_of(file).starts_with("node,boot,"));
-  EXPECT_FALSE(CsvRecord::open(folder.path / "no" / "such" / "folder.csv", OpenMode::kNew).ok());
+  EXPECT_FALSE(CoefficientFile::open(folder.path / "no" / "such" / "folder.csv", OpenMode::kNew).ok());
 }
 
-TEST(CsvRecord, AppendingKnowsWhatIsThere) {
+TEST(CoefficientFile, AppendingKnowsWhatIsThere) {
   const Folder folder;
   const fs::path file = folder.path / "run.csv";
   {
@@ -142,7 +142,7 @@ TEST(CsvRecord, AppendingKnowsWhatIsThere) {
   EXPECT_EQ(CsvTable::read(file).value().rows(), 5u);
 }
 
-TEST(CsvRecord, CutAtAnyByteIsContinuedFromTheLastWholeRow) {
+TEST(CoefficientFile, CutAtAnyByteIsContinuedFromTheLastWholeRow) {
   const Folder folder;
   const fs::path whole = folder.path / "whole.csv";
   {
@@ -168,7 +168,7 @@ TEST(CsvRecord, CutAtAnyByteIsContinuedFromTheLastWholeRow) {
   }
 }
 
-TEST(CsvRecord, EachListOfModesHasItsFile) {
+TEST(CoefficientFile, EachListOfModesHasItsFile) {
   const Folder folder;
   const fs::path file = folder.path / "run.csv";
   const proto::BootId other{*proto::NodeId::make("cam-2"), 2};
@@ -188,10 +188,10 @@ TEST(CsvRecord, EachListOfModesHasItsFile) {
   ASSERT_TRUE(record->flush().ok());
   EXPECT_EQ(CsvTable::read(folder.path / "run.A00-B-C.csv").value().rows(), 2u);
   fs::remove(file);
-  EXPECT_FALSE(CsvRecord::open(file, OpenMode::kNew).ok());
+  EXPECT_FALSE(CoefficientFile::open(file, OpenMode::kNew).ok());
 }
 
-TEST(CsvRecord, SaysWhichModelTheRowsBelongTo) {
+TEST(CoefficientFile, SaysWhichModelTheRowsBelongTo) {
   const Folder folder;
   const fs::path file = folder.path / "run.csv";
   const proto::BootId other{*proto::NodeId::make("cam-2"), 2};
@@ -201,10 +201,10 @@ TEST(CsvRecord, SaysWhichModelTheRowsBelongTo) {
     ASSERT_TRUE(record->write(other, 0, frame_of(3, 1)).ok());
     EXPECT_TRUE(record->notes().empty());
   }
-  auto sidecar = read_model_sidecar(model_sidecar_path(file));
-  ASSERT_TRUE(sidecar.ok()) << sidecar.error().text();
-  ASSERT_EQ(sidecar->nodes.size(), 2u);
-  const NodeModel* model = sidecar->find("cam-1");
+  auto model_file = read_model_file(model_file_path(file));
+  ASSERT_TRUE(model_file.ok()) << model_file.error().text();
+  ASSERT_EQ(model_file->nodes.size(), 2u);
+  const NodeModel* model = model_file->find("cam-1");
   ASSERT_NE(model, nullptr);
   EXPECT_EQ(model->model.lx, 200);
   EXPECT_EQ(model->model.ly, 400);
@@ -218,13 +218,13 @@ TEST(CsvRecord, SaysWhichModelTheRowsBelongTo) {
   changed.model.lx = 250;
   ASSERT_TRUE(record->write({kNode.node, 99}, 0, changed).ok());
   EXPECT_EQ(record->notes().size(), 1u);
-  sidecar = read_model_sidecar(model_sidecar_path(file));
-  EXPECT_EQ(sidecar->find("cam-1")->model.lx, 250);
-  EXPECT_EQ(sidecar->nodes.size(), 2u);
+  model_file = read_model_file(model_file_path(file));
+  EXPECT_EQ(model_file->find("cam-1")->model.lx, 250);
+  EXPECT_EQ(model_file->nodes.size(), 2u);
 }
 
 // A node of an earlier version may have such a name.
-TEST(CsvRecord, SaysOnceThatANodesNameReadsAsAValueAndKeepsItsFrames) {
+TEST(CoefficientFile, SaysOnceThatANodesNameReadsAsAValueAndKeepsItsFrames) {
   const Folder folder;
   const auto record = open(folder.path / "run.csv", OpenMode::kNew);
   const proto::BootId odd{*proto::NodeId::make("NA"), 2};
@@ -235,7 +235,7 @@ TEST(CsvRecord, SaysOnceThatANodesNameReadsAsAValueAndKeepsItsFrames) {
   EXPECT_EQ(CsvTable::read(folder.path / "run.csv").value().words("node").value(), (std::vector<std::string>{"NA", "NA"}));
 }
 
-TEST(CsvRecord, ForeignRowsAreAnErrorWithTheirLine) {
+TEST(CoefficientFile, ForeignRowsAreAnErrorWithTheirLine) {
   const Folder folder;
   const fs::path file = folder.path / "run.csv";
   std::ofstream(file) << coefficient_header(dsp::ModeList::standard(1).value()) << "cam,b0000000000000001,x,0\n";

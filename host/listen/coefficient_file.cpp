@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/listen/csv_record.hpp"
+#include "host/listen/coefficient_file.hpp"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -11,9 +11,9 @@
 #include <cstring>
 
 #include "drivers/support/csv_table.hpp"
-#include "host/listen/csv_row.hpp"
+#include "host/coefficients/columns.hpp"
+#include "host/coefficients/row_writer.hpp"
 #include "host/listen/recorded.hpp"
-#include "host/table/coefficient_columns.hpp"
 #include "proto/plain_word.hpp"
 
 namespace srd::host {
@@ -59,7 +59,7 @@ NodeModel model_of(const proto::BootId& from, const proto::CoefficientFrame& fra
 
 }  // namespace
 
-Outcome<void> CsvRecord::open_file(const fs::path& path, File& file) {
+Outcome<void> CoefficientFile::open_file(const fs::path& path, File& file) {
   const int flags = mode_ == OpenMode::kNew ? O_EXCL : mode_ == OpenMode::kReplace ? O_TRUNC : O_APPEND;
   std::error_code ignored;
   const bool is_new = !fs::exists(path, ignored);
@@ -77,14 +77,14 @@ Outcome<void> CsvRecord::open_file(const fs::path& path, File& file) {
   return failed(path, "write the file", error);
 }
 
-fs::path CsvRecord::beside(const std::string& part) const {
+fs::path CoefficientFile::beside(const std::string& part) const {
   fs::path path = path_;
   path.replace_filename(path_.stem().string() + "." + part + path_.extension().string());
   return path;
 }
 
-Outcome<std::unique_ptr<CsvRecord>> CsvRecord::open(const fs::path& file, OpenMode mode) {
-  std::unique_ptr<CsvRecord> record(new CsvRecord(file, mode));
+Outcome<std::unique_ptr<CoefficientFile>> CoefficientFile::open(const fs::path& file, OpenMode mode) {
+  std::unique_ptr<CoefficientFile> record(new CoefficientFile(file, mode));
   std::error_code ignored;
   if (mode == OpenMode::kAppend) {
     if (fs::exists(file, ignored))
@@ -100,7 +100,7 @@ Outcome<std::unique_ptr<CsvRecord>> CsvRecord::open(const fs::path& file, OpenMo
 }
 
 // Files beside this one that a node with another list of modes would get: run.A00-B-C.csv.
-std::vector<fs::path> CsvRecord::further_files() const {
+std::vector<fs::path> CoefficientFile::further_files() const {
   std::vector<fs::path> found;
   std::error_code ignored;
   const fs::path folder = path_.has_parent_path() ? path_.parent_path() : fs::path(".");
@@ -117,16 +117,16 @@ std::vector<fs::path> CsvRecord::further_files() const {
 }
 
 // Reads which frames a file has, cuts off a torn last line and opens it.
-Outcome<void> CsvRecord::take_over(const fs::path& path) {
+Outcome<void> CoefficientFile::take_over(const fs::path& path) {
   auto recorded = read_recorded(path);
   if (!recorded) return recorded.error();
   File& file = files_[recorded->modes ? joined_names(*recorded->modes, '-') : ""];
   if (const auto done = open_file(path, file); !done) return done;
   if (::ftruncate(file.fd.get(), static_cast<off_t>(recorded->whole_bytes)) != 0)
     return failed(path, "cut off the torn last line", errno);
-  if (std::error_code ignored; fs::exists(model_sidecar_path(path), ignored)) {
+  if (std::error_code ignored; fs::exists(model_file_path(path), ignored)) {
     // One that cannot be read is written anew with the next boot's first row.
-    if (auto models = read_model_sidecar(model_sidecar_path(path)); models.ok())
+    if (auto models = read_model_file(model_file_path(path)); models.ok())
       file.models = std::move(*models);
     else
       notes_.push_back(models.error().text());
@@ -136,7 +136,7 @@ Outcome<void> CsvRecord::take_over(const fs::path& path) {
   return {};
 }
 
-Outcome<CsvRecord::File*> CsvRecord::file_for(const dsp::ModeList& modes) {
+Outcome<CoefficientFile::File*> CoefficientFile::file_for(const dsp::ModeList& modes) {
   const std::string names = joined_names(modes, '-');
   if (const auto found = files_.find(names); found != files_.end()) return &found->second;
   File* file = nullptr;
@@ -154,10 +154,10 @@ Outcome<CsvRecord::File*> CsvRecord::file_for(const dsp::ModeList& modes) {
 }
 
 // Before the boot's first row is safe, so that no row is without its model.
-Outcome<void> CsvRecord::describe_model(const proto::BootId& from, const proto::CoefficientFrame& frame, File& file) {
+Outcome<void> CoefficientFile::describe_model(const proto::BootId& from, const proto::CoefficientFrame& frame, File& file) {
   if (!file.described.insert(from).second) return {};
   const NodeModel model = model_of(from, frame);
-  ModelSidecar wanted = file.models;
+  ModelFile wanted = file.models;
   const auto known =
       std::find_if(wanted.nodes.begin(), wanted.nodes.end(), [&](const NodeModel& other) { return other.node == model.node; });
   if (known == wanted.nodes.end()) {
@@ -167,13 +167,13 @@ Outcome<void> CsvRecord::describe_model(const proto::BootId& from, const proto::
                        "': programs that read tables take this name for a number, a date, a truth value or "
                        "a missing one; it is recorded as it is. Better: another node.id in the node's configuration");
   } else {
-    if (model_sidecar_text({{*known}}) == model_sidecar_text({{model}})) return {};
+    if (model_file_text({{*known}}) == model_file_text({{model}})) return {};
     notes_.push_back(model.node + " came back with another surface model: rows of " + file.path.string() + " before boot " +
                      boot_text(from.boot) + " do not belong to the model beside it");
     *known = model;
   }
   file.models = std::move(wanted);
-  if (auto done = write_model_sidecar(model_sidecar_path(file.path), file.models); !done) {
+  if (auto done = write_model_file(model_file_path(file.path), file.models); !done) {
     Problem problem = done.error();
     problem.exit = Exit::kDevice;
     return problem;
@@ -181,7 +181,7 @@ Outcome<void> CsvRecord::describe_model(const proto::BootId& from, const proto::
   return {};
 }
 
-Outcome<void> CsvRecord::write(const proto::BootId& from, std::uint64_t sequence, const proto::CoefficientFrame& frame) {
+Outcome<void> CoefficientFile::write(const proto::BootId& from, std::uint64_t sequence, const proto::CoefficientFrame& frame) {
   const auto file = file_for(frame.model.modes);
   if (!file) return file.error();
   if (auto done = describe_model(from, frame, **file); !done) return done;
@@ -189,7 +189,7 @@ Outcome<void> CsvRecord::write(const proto::BootId& from, std::uint64_t sequence
   return (*file)->pending.size() < kWriteAt ? Outcome<void>() : write_out(**file);
 }
 
-Outcome<void> CsvRecord::write_out(File& file) {
+Outcome<void> CoefficientFile::write_out(File& file) {
   std::size_t written = 0;
   while (written < file.pending.size()) {
     const ssize_t bytes = ::write(file.fd.get(), file.pending.data() + written, file.pending.size() - written);
@@ -202,7 +202,7 @@ Outcome<void> CsvRecord::write_out(File& file) {
   return {};
 }
 
-Outcome<void> CsvRecord::flush() {
+Outcome<void> CoefficientFile::flush() {
   const auto flush_one = [](File& file) -> Outcome<void> {
     if (!file.pending.empty())
       if (auto done = write_out(file); !done) return done;
@@ -217,7 +217,7 @@ Outcome<void> CsvRecord::flush() {
   return {};
 }
 
-std::vector<fs::path> CsvRecord::files() const {
+std::vector<fs::path> CoefficientFile::files() const {
   std::vector<fs::path> paths;
   for (const auto& [names, file] : files_) paths.push_back(file.path);
   return paths;

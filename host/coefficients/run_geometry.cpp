@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/compare/run_geometry.hpp"
+#include "host/coefficients/run_geometry.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include <CLI/CLI.hpp>
 
-#include "drivers/recording/rig.hpp"
+#include "drivers/geometry/points.hpp"
 
 namespace srd::host {
 namespace {
@@ -19,14 +19,14 @@ std::string names_of(const dsp::ModeList& modes) {
   return names;
 }
 
-// The run's node in the sidecar, nullopt when there is no sidecar.
-Outcome<std::optional<NodeModel>> from_sidecar(const CoefficientRun& run, const GeometryOptions& options) {
-  const std::filesystem::path file = options.model.value_or(model_sidecar_path(run.file));
+// The run's node in the model file; nullopt when there is none.
+Outcome<std::optional<NodeModel>> from_model_file(const CoefficientRun& run, const GeometryOptions& options) {
+  const std::filesystem::path file = options.model.value_or(model_file_path(run.file));
   std::error_code error;
   if (!options.model && !std::filesystem::exists(file, error)) return std::optional<NodeModel>{};
-  const auto sidecar = read_model_sidecar(file);
-  if (!sidecar) return sidecar.error();
-  const NodeModel* node = sidecar->find(run.node);
+  const auto model_file = read_model_file(file);
+  if (!model_file) return model_file.error();
+  const NodeModel* node = model_file->find(run.node);
   if (node == nullptr)
     return Problem{Exit::kUsage, "says nothing of node '" + run.node + "'", file.string(), "a [[node]] of that name"};
   if (!(node->model.modes == run.modes))
@@ -68,21 +68,21 @@ void add_geometry_options(CLI::App& command, GeometryOptions& options) {
 }
 
 Outcome<std::optional<RunGeometry>> resolve_geometry(const CoefficientRun& run, const GeometryOptions& options) {
-  const auto sidecar = from_sidecar(run, options);
-  if (!sidecar) return sidecar.error();
+  const auto model_file = from_model_file(run, options);
+  if (!model_file) return model_file.error();
   const bool any_option = options.points || options.lx || options.ly || options.x0 || options.y0;
-  if (!*sidecar && !any_option) return std::optional<RunGeometry>{};
+  if (!*model_file && !any_option) return std::optional<RunGeometry>{};
 
   RunGeometry geometry;
-  if (*sidecar) {
-    geometry.model = (*sidecar)->model;
-    geometry.refractive_index = (*sidecar)->refractive_index;
+  if (*model_file) {
+    geometry.model = (*model_file)->model;
+    geometry.refractive_index = (*model_file)->refractive_index;
   } else if (!options.lx || !options.ly) {
     return Problem{Exit::kUsage,
                    "the surface model's lengths are not known",
                    run.file,
                    "--lx and --ly, or --model",
-                   "no " + model_sidecar_path(run.file).filename().string(),
+                   "no " + model_file_path(run.file).filename().string(),
                    ""};
   }
   geometry.model.modes = run.modes;
@@ -100,8 +100,8 @@ Outcome<std::optional<RunGeometry>> resolve_geometry(const CoefficientRun& run, 
     if (geometry.pattern.x_min >= geometry.pattern.x_max || geometry.pattern.y_min >= geometry.pattern.y_max)
       return Problem{Exit::kUsage, "the points lie on one line along an axis", options.points->string(),
                      "points that span X and Y"};
-  } else if (*sidecar && (*sidecar)->pattern) {
-    geometry.pattern = *(*sidecar)->pattern;
+  } else if (*model_file && (*model_file)->pattern) {
+    geometry.pattern = *(*model_file)->pattern;
     geometry.places = grid_over(geometry.pattern);
   } else {
     return Problem{Exit::kUsage, "where the pattern lies is not known", run.file,

@@ -2,8 +2,9 @@
 // What goes beside the images of a recording, so that it can be replayed.
 #pragma once
 
+#include "drivers/geometry/calibration.hpp"
+#include "drivers/geometry/points.hpp"
 #include "drivers/recording/recorded_optics.hpp"
-#include "drivers/recording/rig.hpp"
 
 namespace srd::firmware {
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "firmware/record/record_section.hpp"
+#include "firmware/recording/recording_section.hpp"
 
 namespace srd::firmware {
 
-RecordSection read_record(TomlTable table, const std::filesystem::path& folder) {
-  RecordSection section;
+RecordingSection read_recording_section(TomlTable table, const std::filesystem::path& folder) {
+  RecordingSection section;
   if (auto given = table.text("folder")) {
     if (given->empty())
       table.complain("folder", "a folder", "\"\"", "leave the key out to record nothing");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/table/coefficient_run.hpp"
+#include "host/coefficients/row_reader.hpp"
 
 #include <cmath>
 #include <string>

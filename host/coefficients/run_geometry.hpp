@@ -11,8 +11,8 @@
 
 #include "drivers/support/problem.hpp"
 #include "dsp/optics/surface_model.hpp"
-#include "host/table/coefficient_run.hpp"
-#include "host/table/model_sidecar.hpp"
+#include "host/coefficients/model_file.hpp"
+#include "host/coefficients/row_reader.hpp"
 
 namespace CLI {
 class App;
@@ -20,9 +20,9 @@ class App;
 
 namespace srd::host {
 
-// From the command line; each given value goes before the sidecar's.
+// From the command line; each given value goes before the model file's.
 struct GeometryOptions {
-  std::optional<std::filesystem::path> model;   // a sidecar; not given: the one beside the CSV file, if any
+  std::optional<std::filesystem::path> model;   // not given: the one beside the CSV file, if any
   std::optional<std::filesystem::path> points;  // the pattern's corners
   std::optional<double> lx, ly, x0, y0;         // mm
 };
@@ -39,7 +39,7 @@ struct RunGeometry {
 // --model, --points, --lx, --ly, --x0, --y0.
 void add_geometry_options(CLI::App& command, GeometryOptions& options);
 
-// nullopt when neither sidecar nor options say anything. kUsage when they contradict the run or are
+// nullopt when neither model file nor options say anything. kUsage when they contradict the run or are
 // incomplete.
 [[nodiscard]] Outcome<std::optional<RunGeometry>> resolve_geometry(const CoefficientRun& run, const GeometryOptions& options);
 

@@ -3,7 +3,7 @@
 //
 // One file has one list of modes. The first list that comes goes to the file that was asked for; a node with another list
 // gets a file of its own beside it: run.csv, run.A00-B-C.csv. What a row does not say (lengths, origin, index of
-// refraction, pattern) stands beside each file, in run.csv.model.toml (model_sidecar.hpp).
+// refraction, pattern) stands beside each file, in run.csv.model.toml (model_file.hpp).
 //
 // Opening to append reads which frames the files have, and cuts off a last line that was not written to its end.
 #pragma once
@@ -16,19 +16,19 @@
 #include <vector>
 
 #include "drivers/support/unique_fd.hpp"
+#include "host/coefficients/model_file.hpp"
 #include "host/listen/frame_sink.hpp"
 #include "host/listen/sequence_set.hpp"
-#include "host/table/model_sidecar.hpp"
 
 namespace srd::host {
 
 enum class OpenMode : std::uint8_t { kNew, kReplace, kAppend };
 
-class CsvRecord final : public FrameSink {
+class CoefficientFile final : public FrameSink {
  public:
   // kNew: kUsage when there is such a file already. kAppend: kInput when it is there and is no record.
   // What cannot be written: kDevice.
-  [[nodiscard]] static Outcome<std::unique_ptr<CsvRecord>> open(const std::filesystem::path& file, OpenMode mode);
+  [[nodiscard]] static Outcome<std::unique_ptr<CoefficientFile>> open(const std::filesystem::path& file, OpenMode mode);
 
   [[nodiscard]] Outcome<void> write(const proto::BootId& from, std::uint64_t sequence,
                                     const proto::CoefficientFrame& frame) override;
@@ -46,10 +46,10 @@ class CsvRecord final : public FrameSink {
     UniqueFd fd;
     std::string pending;  // not written yet
     bool has_rows_to_sync = false;
-    ModelSidecar models;
+    ModelFile models;
     std::set<proto::BootId> described;  // boots of this run whose model is in models
   };
-  CsvRecord(std::filesystem::path path, OpenMode mode) : path_(std::move(path)), mode_(mode) {}
+  CoefficientFile(std::filesystem::path path, OpenMode mode) : path_(std::move(path)), mode_(mode) {}
   [[nodiscard]] Outcome<void> open_file(const std::filesystem::path& path, File& file);
   [[nodiscard]] Outcome<void> take_over(const std::filesystem::path& path);
   [[nodiscard]] std::vector<std::filesystem::path> further_files() const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/recording/lens_model.hpp"
+#include "drivers/geometry/lens_model.hpp"
 
 #include <algorithm>
 #include <array>

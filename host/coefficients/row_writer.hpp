@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A frame as a line of CSV with the columns of coefficient_columns.hpp. Cells that need a surface are empty without one, sd
+// A frame as a line of CSV with the columns of columns.hpp. Cells that need a surface are empty without one, sd
 // cells also when the information is not known.
 #pragma once
 

@@ -9,11 +9,11 @@
 
 namespace srd::firmware {
 
-struct RecordSection {
+struct RecordingSection {
   std::filesystem::path folder;  // empty: nothing is recorded
   // The file names where recordings go: a folder that holds one is passed over for FOLDER-2, FOLDER-3, .. , and a disk that
   // takes none does not stop the measurement. The command line names the folder itself.
-  bool may_count = true;
+  bool numbered_folders = true;
   bool force = false;             // replace a recording that is there
   std::size_t queue_frames = 64;  // between the frame loop and the disk, each as large as an image
   std::int64_t sync_ms = 1000;    // what a power cut can take
@@ -21,6 +21,6 @@ struct RecordSection {
 };
 
 // folder: that relative paths start from.
-[[nodiscard]] RecordSection read_record(TomlTable table, const std::filesystem::path& folder);
+[[nodiscard]] RecordingSection read_recording_section(TomlTable table, const std::filesystem::path& folder);
 
 }  // namespace srd::firmware
