@@ -69,15 +69,6 @@ const char* to_string(NodeState state) {
   return "unknown";
 }
 
-const char* to_string(dsp::Metric metric) {
-  switch (metric) {
-    case dsp::Metric::kReprojection: return "reprojection";
-    case dsp::Metric::kDisparity: return "disparity";
-    case dsp::Metric::kCollinearity: return "collinearity";
-  }
-  return "unknown";
-}
-
 const char* throttled_text(std::uint32_t throttled) {
   if ((throttled & Throttled::kUnderVoltage) != 0) return "under-voltage";
   if ((throttled & Throttled::kThrottled) != 0) return "throttled";

@@ -38,8 +38,6 @@ enum class NodeState : std::uint8_t { kStarting = 0, kSearching = 1, kTracking =
 inline constexpr int kNodeStateCount = 5;
 [[nodiscard]] const char* to_string(NodeState state);
 
-[[nodiscard]] const char* to_string(dsp::Metric metric);
-
 // Bits of NodeStatus::throttled, as the Raspberry Pi's firmware numbers them.
 struct Throttled {
   static constexpr std::uint32_t kUnderVoltage = 1, kCapped = 2, kThrottled = 4, kTemperatureLimit = 8;

@@ -7,8 +7,9 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <memory>
+
+#include "drivers/support/text_file.hpp"
 
 namespace srd {
 namespace {
@@ -30,9 +31,9 @@ Outcome<HostAndPort> HostAndPort::parse(std::string_view text, std::string_view 
   std::string_view host = text.substr(0, colon);
   const std::string_view port_text = text.substr(colon + 1);
   HostAndPort parsed;
-  const auto [end, error] = std::from_chars(port_text.data(), port_text.data() + port_text.size(), parsed.port);
-  if (error != std::errc{} || end != port_text.data() + port_text.size())
-    return not_an_address(text, where, "'" + std::string(port_text) + "' is not a port");
+  const auto port = parse_number<std::uint16_t>(port_text);
+  if (!port) return not_an_address(text, where, "'" + std::string(port_text) + "' is not a port");
+  parsed.port = *port;
   if (host.size() >= 2 && host.front() == '[' && host.back() == ']')
     host = host.substr(1, host.size() - 2);
   else if (host.find(':') != std::string_view::npos)

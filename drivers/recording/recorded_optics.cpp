@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "drivers/support/limits.hpp"
+#include "drivers/support/mode_names.hpp"
 #include "drivers/support/text_file.hpp"
 
 namespace srd {
@@ -147,11 +148,9 @@ Outcome<void> write_recorded_optics(const fs::path& folder, const RecordedOptics
   text +=
       "[water]\nrefractive_index = " + real(optics.media.water) + "\n" + plates_toml("water.plate", plates_of(optics.media));
   if (optics.model) {
-    std::string modes;
-    for (const dsp::Mode& mode : optics.model->modes)
-      modes += (modes.empty() ? "\"" : ", \"") + std::string(mode.name().data()) + "\"";
-    text += "[surface]\nmodes = [" + modes + "]\nlx_mm = " + real(optics.model->lx) + "\nly_mm = " + real(optics.model->ly) +
-            "\nx0_mm = " + real(optics.model->x0) + "\ny0_mm = " + real(optics.model->y0) + "\n";
+    text += "[surface]\nmodes = [\"" + joined(optics.model->modes, "\", \"") + "\"]\nlx_mm = " + real(optics.model->lx) +
+            "\nly_mm = " + real(optics.model->ly) + "\nx0_mm = " + real(optics.model->x0) +
+            "\ny0_mm = " + real(optics.model->y0) + "\n";
   }
   return write_text_file(folder / kOpticsName, text);
 }

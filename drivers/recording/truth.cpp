@@ -5,6 +5,7 @@
 #include <string>
 
 #include "drivers/support/csv_table.hpp"
+#include "drivers/support/mode_names.hpp"
 #include "drivers/support/text_file.hpp"
 
 namespace srd {
@@ -58,9 +59,7 @@ Outcome<Truth> read_truth(const std::filesystem::path& file) {
 }
 
 Outcome<void> write_truth(const std::filesystem::path& file, const Truth& truth) {
-  std::string text = "frame,time_ns";
-  for (const dsp::Mode& mode : truth.modes) text += "," + std::string(mode.name().data());
-  text += "\n";
+  std::string text = "frame,time_ns," + joined(truth.modes, ",") + "\n";
   for (const TruthRow& row : truth.rows) {
     text += std::to_string(row.frame) + "," + std::to_string(row.time_ns);
     for (const double a : row.coefficients) text += "," + number_text(a);

@@ -6,13 +6,13 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cstring>
 #include <filesystem>
 #include <optional>
 #include <vector>
 
 #include "drivers/strobe/gpiod_chip.hpp"
+#include "drivers/support/text_file.hpp"
 
 namespace srd {
 
@@ -55,13 +55,6 @@ std::string lines_text(const GpioChip& chip) {
   if (named > kMostListed) text += ", and " + std::to_string(named - kMostListed) + " more";
   return "lines 0 to " + std::to_string(static_cast<int>(chip.line_count()) - 1) +
          (text.empty() ? ", without names" : ": " + text);
-}
-
-std::optional<unsigned> number_of(const std::string& text) {
-  unsigned number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return number;
 }
 
 Problem not_permitted(const std::string& path) {
@@ -137,7 +130,7 @@ std::optional<unsigned> line_of_name(const GpioChip& chip, const std::string& wa
 // A number is taken as one only when no line has it as its name.
 std::optional<unsigned> find_line(const GpioChip& chip, const std::string& wanted) {
   if (const auto named = line_of_name(chip, wanted)) return named;
-  const auto number = number_of(wanted);
+  const auto number = parse_number<unsigned>(wanted);
   return number && *number < chip.line_count() ? number : std::nullopt;
 }
 

@@ -2,13 +2,14 @@
 #include "drivers/support/csv_table.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <iterator>
 #include <limits>
 #include <set>
 #include <utility>
+
+#include "drivers/support/text_file.hpp"
 
 namespace srd {
 namespace {
@@ -18,12 +19,6 @@ constexpr std::size_t kDigitsKept = 15;  // of a number in programs that know fl
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
-
-template <class T>
-bool parse_whole(std::string_view cell, T& value) {
-  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-  return error == std::errc{} && end == cell.data() + cell.size();
-}
 
 // "80,25", "-1,5e-3": digits, one comma, digits.
 bool has_decimal_comma(std::string_view cell) {
@@ -36,10 +31,10 @@ bool has_decimal_comma(std::string_view cell) {
 std::string written_out(std::string_view cell) {
   const std::size_t e = cell.find_first_of("eE");
   if (e == std::string_view::npos) return {};
-  std::string_view mantissa = cell.substr(0, e), exponent = cell.substr(e + 1);
-  if (exponent.starts_with('+')) exponent.remove_prefix(1);
-  int power = 0;
-  if (!parse_whole(exponent, power) || power < 0 || power > 20) return {};
+  std::string_view mantissa = cell.substr(0, e);
+  const std::string_view exponent = cell.substr(e + 1);
+  const auto power = parse_number<int>(exponent);
+  if (!power || *power < 0 || *power > 20) return {};
   std::string digits;
   if (mantissa.starts_with('-')) {
     digits = "-";
@@ -50,10 +45,10 @@ std::string written_out(std::string_view cell) {
   std::string_view fraction = mantissa.substr(std::min(point + 1, mantissa.size()));
   while (fraction.ends_with('0')) fraction.remove_suffix(1);
   if (whole.empty() || !std::all_of(whole.begin(), whole.end(), is_digit) ||
-      !std::all_of(fraction.begin(), fraction.end(), is_digit) || fraction.size() > static_cast<std::size_t>(power))
+      !std::all_of(fraction.begin(), fraction.end(), is_digit) || fraction.size() > static_cast<std::size_t>(*power))
     return {};
   digits += std::string(whole) + std::string(fraction);
-  return digits.append(static_cast<std::size_t>(power) - fraction.size(), '0');
+  return digits.append(static_cast<std::size_t>(*power) - fraction.size(), '0');
 }
 
 }  // namespace
@@ -215,11 +210,14 @@ Problem CsvTable::bad_cell(std::size_t row, std::string_view column, std::string
 }
 
 bool CsvTable::number(std::string_view cell, double& value) const {
-  if (!decimal_comma_) return parse_whole(cell, value) && std::isfinite(value);
-  if (cell.find('.') != std::string_view::npos) return false;
   std::string with_point(cell);
-  std::replace(with_point.begin(), with_point.end(), ',', '.');
-  return parse_whole(std::string_view(with_point), value) && std::isfinite(value);
+  if (decimal_comma_) {
+    if (cell.find('.') != std::string_view::npos) return false;
+    std::replace(with_point.begin(), with_point.end(), ',', '.');
+  }
+  const auto parsed = parse_number<double>(with_point);
+  value = parsed.value_or(value);
+  return parsed.has_value();
 }
 
 Outcome<std::vector<double>> CsvTable::numbers(std::string_view column) const {
@@ -242,10 +240,13 @@ Outcome<std::vector<T>> CsvTable::exact(std::string_view column, const char* exp
   const Outcome<int> index = require(column);
   if (!index) return index.error();
   std::vector<T> values(rows());
-  for (std::size_t row = 0; row < rows(); ++row)
-    if (const std::string_view text = cell(row, *index);
-        !parse_whole(text, values[row]) && !parse_whole(std::string_view(written_out(text)), values[row]))
-      return bad_cell(row, column, expected);
+  for (std::size_t row = 0; row < rows(); ++row) {
+    const std::string_view text = cell(row, *index);
+    auto value = parse_number<T>(text);
+    if (!value) value = parse_number<T>(written_out(text));
+    if (!value) return bad_cell(row, column, expected);
+    values[row] = *value;
+  }
   return values;
 }
 

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/support/rank_text.hpp"
 
+#include "drivers/support/mode_names.hpp"
+
 namespace srd {
 
 namespace {
 
 std::string name_of(int parameter, const dsp::ModeList& modes) {
-  return parameter < modes.size() ? std::string(modes[parameter].name().data()) : "the index of water";
+  return parameter < modes.size() ? mode_name(modes[parameter]) : "the index of water";
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "drivers/geometry/calibration.hpp"
 #include "drivers/geometry/points.hpp"
 #include "drivers/geometry/pose.hpp"
+#include "drivers/support/mode_names.hpp"
 #include "drivers/support/system_clock.hpp"
 #include "drivers/support/text_file.hpp"
 #include "dsp/optics/water_index.hpp"
@@ -274,9 +275,8 @@ Outcome<Instrument> make_instrument(const NodeConfig& config, FrameDeadline::Clo
   text << "node      " << config.node_id << (config.host.empty() ? ", sends nothing" : ", sends to " + config.host) << "\n"
        << "camera    " << config.camera->text() << ", " << setup.width << " x " << setup.height << "\n"
        << "pattern   " << pattern->size() << " corners, squares of " << pattern->square() << " mm\n"
-       << water_text(*water) << "surface   " << config.modes.size() << " modes:";
-  for (const dsp::Mode& mode : config.modes) text << " " << mode.name().data();
-  text << ", Lx " << wanted->lx << " mm, Ly " << wanted->ly << " mm\n"
+       << water_text(*water) << "surface   " << config.modes.size() << " modes: " << joined(config.modes, " ") << ", Lx "
+       << wanted->lx << " mm, Ly " << wanted->ly << " mm\n"
        << check_view(config, {rig.calibration->camera, *rig.pose}, *wanted, media.cast<double>(), pattern->points(),
                      setup.width, setup.height);
   const bool live = instrument.camera->live();

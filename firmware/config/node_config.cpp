@@ -158,10 +158,9 @@ void read_tracker(TomlTable tracker, NodeConfig& config) {
 
 void read_estimator(TomlTable estimator, NodeConfig& config) {
   dsp::EstimatorOptions& e = config.estimator;
-  if (auto metric = estimator.choice("metric", {"reprojection", "disparity", "collinearity"}))
-    e.metric = *metric == "disparity"      ? dsp::Metric::kDisparity
-               : *metric == "collinearity" ? dsp::Metric::kCollinearity
-                                           : dsp::Metric::kReprojection;
+  std::vector<std::string> metrics;
+  for (const dsp::Metric metric : dsp::kMetrics) metrics.emplace_back(to_string(metric));
+  if (const auto metric = estimator.choice("metric", metrics)) e.metric = *dsp::parse_metric(*metric);
   if (auto loss = estimator.choice("loss", {"none", "huber", "tukey"}))
     e.loss = *loss == "huber" ? dsp::Loss::kHuber : *loss == "tukey" ? dsp::Loss::kTukey : dsp::Loss::kNone;
   // Each rule by itself: a key that is given leaves the others as they are.

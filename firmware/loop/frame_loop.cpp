@@ -37,23 +37,6 @@ void set_wall_time(proto::Stamp& stamp) {
   stamp.wall_uncertainty_ns = static_cast<std::uint64_t>(after > before ? (after - before) / 2 + 1 : 1);
 }
 
-proto::FrameStatus status_of(const dsp::FrameResult<float>& result) {
-  using dsp::TrackStatus;
-  using proto::FrameStatus;
-  switch (result.status) {
-    case TrackStatus::kOk: return FrameStatus::kOk;
-    case TrackStatus::kNoPattern: return result.state == dsp::TrackState::kLost ? FrameStatus::kLost : FrameStatus::kSearching;
-    case TrackStatus::kTooFewCorners: return FrameStatus::kTooFewCorners;
-    case TrackStatus::kAmbiguous: return FrameStatus::kAmbiguous;
-    case TrackStatus::kPoorFit: return FrameStatus::kPoorFit;
-    case TrackStatus::kInconsistent: return FrameStatus::kInconsistent;
-    case TrackStatus::kInterlaced: return FrameStatus::kInterlaced;
-    case TrackStatus::kSolverFailed: return FrameStatus::kFailed;
-    case TrackStatus::kBadImage: return FrameStatus::kBadFrame;
-  }
-  return FrameStatus::kFailed;
-}
-
 proto::NodeState state_of(dsp::TrackState state) {
   switch (state) {
     case dsp::TrackState::kSearching: return proto::NodeState::kSearching;
@@ -211,9 +194,8 @@ void FrameLoop::make_record(const Captured& captured) {
         last_singular_ = result.estimate.rank;
       }
     }
-    // What the tracker says of a surface counts more than what the estimate says of itself.
     if (result.has_estimate()) proto::set_estimate(result.estimate, record_.metric, record_);
-    if (!result.has_surface()) record_.status = status_of(result);
+    if (!result.has_surface()) record_.status = proto::status_of(result);
     if (result.has_surface() && record_.has_surface()) count(counters_.surfaces);
   }
   record_.total_us = microseconds(clock_ns(CLOCK_MONOTONIC) - begin);

@@ -4,13 +4,13 @@
 #include <system_error>
 #include <utility>
 
+#include "drivers/support/limits.hpp"
+#include "drivers/support/mode_names.hpp"
 #include "drivers/support/text_file.hpp"
 #include "drivers/support/toml_reader.hpp"
 
 namespace srd::host {
 namespace {
-
-constexpr double kMostMm = 1e6;  // a kilometre: beyond any flume
 
 // With a point, so that TOML keeps it a real number.
 std::string number(double x) {
@@ -135,12 +135,7 @@ Outcome<ModelFile> parse_model_file(std::string_view text, const std::string& na
 std::string model_file_text(const ModelFile& model_file) {
   std::string out = "# The surface model behind the coefficients of the CSV file beside this one. Lengths in mm.\n";
   for (const NodeModel& node : model_file.nodes) {
-    std::string modes;
-    for (const dsp::Mode& mode : node.model.modes) {
-      if (!modes.empty()) modes += ", ";
-      modes += in_quotes(mode.name().data());
-    }
-    out += "\n[[node]]\nname = " + in_quotes(node.node) + "\nmodes = [" + modes + "]\n";
+    out += "\n[[node]]\nname = " + in_quotes(node.node) + "\nmodes = [\"" + joined(node.model.modes, "\", \"") + "\"]\n";
     out += "lx = " + number(node.model.lx) + "\nly = " + number(node.model.ly) + "\n";
     out += "x0 = " + number(node.model.x0) + "\ny0 = " + number(node.model.y0) + "\n";
     out += "refractive_index = " + number(node.refractive_index) + "\n";

@@ -25,16 +25,9 @@
 #include "drivers/recording/recorded_optics.hpp"
 #include "drivers/support/problem.hpp"
 #include "dsp/optics/surface_model.hpp"
+#include "host/coefficients/pattern_extent.hpp"
 
 namespace srd::host {
-
-// Smallest rectangle round the pattern's corners, mm, in W.
-struct PatternExtent {
-  double x_min = 0, x_max = 0, y_min = 0, y_max = 0;
-  [[nodiscard]] double x_centre() const { return 0.5 * (x_min + x_max); }
-  [[nodiscard]] double y_centre() const { return 0.5 * (y_min + y_max); }
-  friend bool operator==(const PatternExtent&, const PatternExtent&) = default;
-};
 
 struct NodeModel {
   std::string node;

@@ -12,8 +12,6 @@
 namespace srd::host {
 namespace {
 
-const std::string kHeader = std::string(kFixedColumns) + ",<modes>,sd_<modes>";
-
 struct Columns {
   std::vector<std::string> node, boot, clock, status, metric;
   std::vector<std::uint64_t> sequence;
@@ -30,7 +28,7 @@ void take(Outcome<std::vector<T>> column, std::vector<T>& into, std::optional<Pr
     into = std::move(*column);
   } else if (!problem) {
     problem = std::move(column.error());
-    if (problem->expected.empty()) problem->expected = kHeader;
+    if (problem->expected.empty()) problem->expected = kColumnsText;
   }
 }
 
@@ -38,14 +36,14 @@ Outcome<dsp::ModeList> modes_of(const CsvTable& table, const std::string& file) 
   std::vector<dsp::Mode> modes;
   for (const std::string& column : table.columns()) {
     if (column.starts_with("sd_") && !dsp::Mode::parse(column.substr(3)))
-      return Problem{.what = "column '" + column + "' names no mode", .where = file + ":1", .expected = kHeader};
+      return Problem{.what = "column '" + column + "' names no mode", .where = file + ":1", .expected = kColumnsText};
     if (const auto mode = dsp::Mode::parse(column)) modes.push_back(*mode);
   }
   const auto list = dsp::ModeList::make(modes);
   if (!list)
     return Problem{.what = "no list of modes",
                    .where = file + ":1",
-                   .expected = "1 to " + std::to_string(dsp::kMaxModes) + " mode columns: " + kHeader,
+                   .expected = "1 to " + std::to_string(dsp::kMaxModes) + " mode columns: " + kColumnsText,
                    .found = std::to_string(modes.size()) + " of them"};
   return *list;
 }
@@ -68,7 +66,7 @@ Outcome<Columns> columns_of(const CsvTable& table, const std::string& file) {
   if (!modes) return modes.error();
   c.modes = *modes;
   for (const dsp::Mode& mode : c.modes) {
-    const std::string name = mode.name().data();
+    const std::string name = mode_name(mode);
     take(table.numbers(name), c.coefficients.emplace_back(), problem);
     take(table.numbers("sd_" + name), c.deviations.emplace_back(), problem);
   }

@@ -5,25 +5,29 @@
 #include <charconv>
 #include <vector>
 
-#include "host/coefficients/columns.hpp"
+#include "drivers/support/text_file.hpp"
 
 namespace srd::host {
 namespace {
 
 template <class Number, class... Format>
-void append_number(std::string& out, Number number, Format... format) {
+void append_cell(std::string& out, Number number, Format... format) {
   std::array<char, 32> text;
   const auto [end, error] = std::to_chars(text.data(), text.data() + text.size(), number, format...);
+  out += ',';
   if (error == std::errc{}) out.append(text.data(), end);
 }
 
-template <class Number, class... Format>
-void append_cell(std::string& out, Number number, Format... format) {
-  out += ',';
-  append_number(out, number, format...);
+void append_text(std::string& out, std::string_view text) { (out += ',') += text; }
+
+void append_real(std::string& out, double number) {
+  if (const auto single = static_cast<float>(number); static_cast<double>(single) == number)
+    append_cell(out, single);
+  else
+    append_cell(out, number, std::chars_format::general, 9);
 }
 
-// 0 on the wire: not known.
+// 0: not known.
 template <class Number>
 void append_known(std::string& out, Number number) {
   if (number != 0)
@@ -32,27 +36,32 @@ void append_known(std::string& out, Number number) {
     out += ',';
 }
 
-}  // namespace
-
-std::string joined_names(const dsp::ModeList& modes, char between) {
-  std::string names;
-  for (const dsp::Mode& mode : modes) {
-    if (!names.empty()) names += between;
-    names += mode.name().data();
+// From the height on, empty without a surface.
+void append_surface(const RowContent& row, std::string& out) {
+  const auto n = static_cast<std::size_t>(row.modes);
+  if (row.coefficients.size() == 0) {
+    out.append(1 + 2 * n, ',');
+    return;
   }
-  return names;
+  append_real(out, row.height_mm);
+  for (int j = 0; j < row.modes; ++j) append_real(out, row.coefficients[j]);
+  for (int j = 0; j < row.modes; ++j)
+    if (j < row.deviations.size())
+      append_cell(out, row.deviations[j], std::chars_format::general, 4);
+    else
+      out += ',';
 }
+
+}  // namespace
 
 std::optional<dsp::ModeList> modes_of_header(std::string_view header) {
   if (!header.starts_with(kFixedColumns)) return std::nullopt;
   std::vector<dsp::Mode> modes;
-  for (std::string_view rest = header.substr(kFixedColumns.size()); !rest.empty();) {
-    rest.remove_prefix(1);
-    const std::string_view name = rest.substr(0, rest.find(','));
-    const auto mode = dsp::Mode::parse(name);
+  const std::vector<std::string_view> cells = split_commas(header);
+  for (std::size_t i = split_commas(kFixedColumns).size(); i < cells.size(); ++i) {
+    const auto mode = dsp::Mode::parse(cells[i]);
     if (!mode) break;
     modes.push_back(*mode);
-    rest.remove_prefix(name.size());
   }
   const auto list = dsp::ModeList::make(modes);
   if (!list || coefficient_header(*list) != std::string(header) + "\n") return std::nullopt;
@@ -64,44 +73,44 @@ double height_at_centre(const proto::CoefficientFrame& frame) {
                                            static_cast<double>(frame.centre_y_mm));
 }
 
-namespace {
-
-// From the height on, empty without a surface.
-void append_surface(const proto::CoefficientFrame& frame, std::string& out) {
-  const auto n = static_cast<std::size_t>(frame.model.modes.size());
-  if (!frame.has_surface()) {
-    out.append(1 + 2 * n, ',');
-    return;
-  }
-  append_cell(out, static_cast<float>(height_at_centre(frame)));
-  for (const float a : frame.coefficients) append_cell(out, a);
-  const dsp::Coefficients<double> deviations = proto::standard_deviations(frame.information);
-  if (deviations.size() == 0)
-    out.append(n, ',');
-  else
-    for (const double sd : deviations) append_cell(out, sd, std::chars_format::general, 4);
+RowContent row_content(const proto::BootId& from, std::uint64_t sequence, const proto::CoefficientFrame& frame) {
+  RowContent row;
+  row.node = from.node.view();
+  row.boot = from.boot;
+  row.sequence = sequence;
+  row.stamp = frame.stamp;
+  row.status = frame.status;
+  row.corners_expected = frame.corners_expected;
+  row.corners_found = frame.corners_found;
+  row.corners_used = frame.corners_used;
+  row.metric = dsp::to_string(frame.metric);
+  row.modes = frame.model.modes.size();
+  if (!frame.has_surface()) return row;
+  row.mean_error = static_cast<double>(frame.mean_error);
+  row.height_mm = static_cast<double>(static_cast<float>(height_at_centre(frame)));
+  row.coefficients = frame.coefficients.cast<double>();
+  row.deviations = proto::standard_deviations(frame.information);
+  return row;
 }
 
-}  // namespace
-
-void append_csv_row(const proto::BootId& from, std::uint64_t sequence, const proto::CoefficientFrame& frame, std::string& out) {
-  out += from.node.view();
-  out += "," + boot_text(from.boot);
-  append_cell(out, sequence);
-  append_cell(out, frame.stamp.sensor_time_ns);
-  out += std::string(",") + to_string(frame.stamp.clock);
-  out += std::string(",") + to_string(frame.status);
-  append_cell(out, frame.corners_expected);
-  append_cell(out, frame.corners_found);
-  append_cell(out, frame.corners_used);
-  if (frame.has_surface())
-    append_cell(out, frame.mean_error);
+void append_row(const RowContent& row, std::string& out) {
+  out += row.node;
+  append_text(out, boot_text(row.boot));
+  append_cell(out, row.sequence);
+  append_cell(out, row.stamp.sensor_time_ns);
+  append_text(out, to_string(row.stamp.clock));
+  append_text(out, proto::to_string(row.status));
+  append_cell(out, row.corners_expected);
+  append_cell(out, row.corners_found);
+  append_cell(out, row.corners_used);
+  if (row.coefficients.size() > 0)
+    append_real(out, row.mean_error);
   else
     out += ',';
-  out += std::string(",") + proto::to_string(frame.metric);
-  append_surface(frame, out);
-  append_known(out, frame.stamp.wall_time_ns);
-  append_known(out, frame.stamp.wall_uncertainty_ns);
+  append_text(out, row.metric);
+  append_surface(row, out);
+  append_known(out, row.stamp.wall_time_ns);
+  append_known(out, row.stamp.wall_uncertainty_ns);
   out += '\n';
 }
 

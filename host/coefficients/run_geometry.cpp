@@ -7,17 +7,12 @@
 #include <CLI/CLI.hpp>
 
 #include "drivers/geometry/points.hpp"
+#include "drivers/support/mode_names.hpp"
 
 namespace srd::host {
 namespace {
 
 constexpr int kGridSteps = 20;
-
-std::string names_of(const dsp::ModeList& modes) {
-  std::string names;
-  for (const dsp::Mode& mode : modes) names += (names.empty() ? "" : " ") + std::string(mode.name().data());
-  return names;
-}
 
 // The run's node in the model file; nullopt when there is none.
 Outcome<std::optional<NodeModel>> from_model_file(const CoefficientRun& run, const GeometryOptions& options) {
@@ -31,20 +26,9 @@ Outcome<std::optional<NodeModel>> from_model_file(const CoefficientRun& run, con
     return Problem{Exit::kUsage, "says nothing of node '" + run.node + "'", file.string(), "a [[node]] of that name"};
   if (!(node->model.modes == run.modes))
     return Problem{
-        Exit::kUsage,        "has other modes than " + run.file, file.string(),
-        names_of(run.modes), names_of(node->model.modes),        "give the file that was written with the coefficients"};
+        Exit::kUsage,           "has other modes than " + run.file, file.string(),
+        joined(run.modes, " "), joined(node->model.modes, " "),     "give the file that was written with the coefficients"};
   return std::optional(*node);
-}
-
-PatternExtent extent_of(const std::vector<dsp::Vec2<double>>& corners) {
-  PatternExtent e{corners[0].x(), corners[0].x(), corners[0].y(), corners[0].y()};
-  for (const auto& p : corners) {
-    e.x_min = std::min(e.x_min, p.x());
-    e.x_max = std::max(e.x_max, p.x());
-    e.y_min = std::min(e.y_min, p.y());
-    e.y_max = std::max(e.y_max, p.y());
-  }
-  return e;
 }
 
 std::vector<dsp::Vec2<double>> grid_over(const PatternExtent& e) {

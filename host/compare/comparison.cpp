@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/compare/comparison.hpp"
 
+#include "drivers/support/mode_names.hpp"
+
 #include <array>
 #include <cmath>
 #include <cstdarg>
@@ -171,9 +173,9 @@ std::string comparison_text(const CoefficientRun& run, const Truth& truth, const
                      s.true_spread);
   }
   for (const dsp::Mode& mode : run.modes)
-    if (c.modes.index_of(mode) < 0) out += std::string(mode.name().data()) + ": not in the truth\n";
+    if (c.modes.index_of(mode) < 0) out += mode_name(mode) + ": not in the truth\n";
   for (const dsp::Mode& mode : truth.modes)
-    if (c.modes.index_of(mode) < 0) out += std::string(mode.name().data()) + ": not estimated\n";
+    if (c.modes.index_of(mode) < 0) out += mode_name(mode) + ": not estimated\n";
   return out;
 }
 

@@ -110,7 +110,7 @@ std::vector<fs::path> CoefficientFile::further_files() const {
     if (entry.path().extension() != path_.extension() || stem.stem() != path_.stem()) continue;
     if (name == path_.filename()) continue;
     const auto recorded = read_recorded(entry.path());
-    if (recorded.ok() && recorded->modes && stem.extension() == "." + joined_names(*recorded->modes, '-'))
+    if (recorded.ok() && recorded->modes && stem.extension() == "." + joined(*recorded->modes, "-"))
       found.push_back(path_.has_parent_path() ? folder / name : fs::path(name));
   }
   return found;
@@ -120,7 +120,7 @@ std::vector<fs::path> CoefficientFile::further_files() const {
 Outcome<void> CoefficientFile::take_over(const fs::path& path) {
   auto recorded = read_recorded(path);
   if (!recorded) return recorded.error();
-  File& file = files_[recorded->modes ? joined_names(*recorded->modes, '-') : ""];
+  File& file = files_[recorded->modes ? joined(*recorded->modes, "-") : ""];
   if (const auto done = open_file(path, file); !done) return done;
   if (::ftruncate(file.fd.get(), static_cast<off_t>(recorded->whole_bytes)) != 0)
     return failed(path, "cut off the torn last line", errno);
@@ -137,7 +137,7 @@ Outcome<void> CoefficientFile::take_over(const fs::path& path) {
 }
 
 Outcome<CoefficientFile::File*> CoefficientFile::file_for(const dsp::ModeList& modes) {
-  const std::string names = joined_names(modes, '-');
+  const std::string names = joined(modes, "-");
   if (const auto found = files_.find(names); found != files_.end()) return &found->second;
   File* file = nullptr;
   if (const auto first = files_.find(""); first != files_.end()) {
@@ -185,7 +185,7 @@ Outcome<void> CoefficientFile::write(const proto::BootId& from, std::uint64_t se
   const auto file = file_for(frame.model.modes);
   if (!file) return file.error();
   if (auto done = describe_model(from, frame, **file); !done) return done;
-  append_csv_row(from, sequence, frame, (*file)->pending);
+  append_row(row_content(from, sequence, frame), (*file)->pending);
   return (*file)->pending.size() < kWriteAt ? Outcome<void>() : write_out(**file);
 }
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/listen/recorded.hpp"
 
-#include <charconv>
 #include <fstream>
 #include <string>
 
-#include "host/coefficients/columns.hpp"
+#include "drivers/support/text_file.hpp"
 #include "host/coefficients/row_writer.hpp"
 
 namespace srd::host {
@@ -16,18 +15,6 @@ std::string_view take_cell(std::string_view& line) {
   const std::string_view cell = line.substr(0, line.find(','));
   line.remove_prefix(std::min(line.size(), cell.size() + 1));
   return cell;
-}
-
-bool parse(std::string_view cell, std::uint64_t& value) {
-  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-  return error == std::errc{} && end == cell.data() + cell.size();
-}
-
-// As boot_text writes it.
-bool parse_boot(std::string_view cell, std::uint64_t& boot) {
-  if (!cell.starts_with('b')) return false;
-  const auto [end, error] = std::from_chars(cell.data() + 1, cell.data() + cell.size(), boot, 16);
-  return error == std::errc{} && end == cell.data() + cell.size() && boot_text(boot) == cell;
 }
 
 }  // namespace
@@ -59,10 +46,10 @@ Outcome<Recorded> read_recorded(const std::filesystem::path& file) {
     } else {
       std::string_view line = text;
       const auto node = proto::NodeId::make(take_cell(line));
-      std::uint64_t boot = 0, sequence = 0;
-      if (!node || !parse_boot(take_cell(line), boot) || !parse(take_cell(line), sequence) || sequence >= proto::kMaxSequence)
-        return not_ours(number, text);
-      out.frames[{*node, boot}].add(sequence);
+      const auto boot = parse_boot(take_cell(line));
+      const auto sequence = parse_number<std::uint64_t>(take_cell(line));
+      if (!node || !boot || !sequence || *sequence >= proto::kMaxSequence) return not_ours(number, text);
+      out.frames[{*node, *boot}].add(*sequence);
       ++out.rows;
     }
     out.whole_bytes += text.size() + 1;

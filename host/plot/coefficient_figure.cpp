@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 
+#include "drivers/support/mode_names.hpp"
 #include "host/plot/figures.hpp"
 #include "host/plot/mode_panels.hpp"
 #include "host/plot/palette.hpp"
@@ -60,10 +61,8 @@ Figure coefficient_figure(const PlotInput& input) {
     range.cover(true_values);
 
     const Panel panel{grid.area(i), time_scale(input.timeline), scale_round(range.low, range.high)};
-    PanelLabels labels{.title = std::string(run.modes[j].name().data()) + ", mm",
-                       .x_unit = "s",
-                       .y_unit = "mm",
-                       .most_x_ticks = grid.columns == 1 ? 12 : 7};
+    PanelLabels labels{
+        .title = mode_name(run.modes[j]) + ", mm", .x_unit = "s", .y_unit = "mm", .most_x_ticks = grid.columns == 1 ? 12 : 7};
     if (grid.lowest(i)) labels.x_label = "time since the first frame, s";
     draw_panel(scene, panel, labels);
     if (!true_values.empty())
@@ -83,14 +82,6 @@ Figure coefficient_figure(const PlotInput& input) {
         "their status";
   figure.caption += ".";
   return figure;
-}
-
-std::string metric_unit(const std::string& metric) {
-  if (metric == "reprojection") return "px";
-  if (metric == "disparity") return "mm";
-  if (metric == "collinearity") return "rad";
-  if (metric == "pattern") return "grey levels";
-  return "";
 }
 
 }  // namespace srd::host

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <limits>
 
+#include "drivers/support/mode_names.hpp"
 #include "host/plot/figures.hpp"
 #include "host/plot/mode_panels.hpp"
 #include "host/plot/palette.hpp"
@@ -76,7 +77,7 @@ Figure error_figure(const PlotInput& input) {
     range.cover(0.0);
 
     const Panel panel{grid.area(i), time_scale(input.timeline), scale_round(range.low, range.high)};
-    PanelLabels labels{.title = std::string(comparison.modes[j].name().data()) + ", mm",
+    PanelLabels labels{.title = mode_name(comparison.modes[j]) + ", mm",
                        .remark = rms_text(comparison.summary[i].rms, "mm"),
                        .x_unit = "s",
                        .y_unit = "mm",

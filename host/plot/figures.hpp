@@ -46,7 +46,4 @@ struct Figure {
 // Estimated minus true over time. input.comparison is needed.
 [[nodiscard]] Figure error_figure(const PlotInput& input);
 
-// "px", "mm", "rad" of a metric's mean error; empty for one that is not known.
-[[nodiscard]] std::string metric_unit(const std::string& metric);
-
 }  // namespace srd::host

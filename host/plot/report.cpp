@@ -5,6 +5,7 @@
 
 #include "drivers/support/formatted.hpp"
 #include "drivers/support/text_file.hpp"
+#include "host/coefficients/columns.hpp"
 #include "host/plot/figures.hpp"
 #include "host/plot/page.hpp"
 #include "host/plot/png.hpp"
@@ -89,7 +90,7 @@ std::vector<std::pair<std::string, std::string>> facts_of(const PlotInput& input
       sum += row.mean_error;
       ++n;
     }
-  if (n > 0) facts.emplace_back("Mean error", formatted("%.3g ", sum / n) + metric_unit(run.metric) + " (" + run.metric + ")");
+  if (n > 0) facts.emplace_back("Mean error", formatted("%.3g ", sum / n) + error_unit(run.metric) + " (" + run.metric + ")");
   if (input.geometry) {
     const RunGeometry& g = *input.geometry;
     facts.emplace_back("Model", std::to_string(run.modes.size()) + " modes, Lx " + formatted("%.6g", g.model.lx) + " mm, Ly " +

@@ -7,6 +7,7 @@
 #include "host/plot/mode_panels.hpp"
 #include "host/plot/palette.hpp"
 
+#include "host/coefficients/columns.hpp"
 #include "host/plot/contour.hpp"
 
 namespace srd::host {
@@ -144,7 +145,7 @@ Figure surface_figure(const PlotInput& input, std::size_t row) {
   std::string about = "sequence " + std::to_string(frame.sequence) + ", " + formatted("%.4g s", input.timeline.seconds[row]) +
                       " after the first frame";
   if (std::isfinite(frame.mean_error))
-    about += ", mean error " + formatted("%.3g ", frame.mean_error) + metric_unit(input.run.metric);
+    about += ", mean error " + formatted("%.3g ", frame.mean_error) + error_unit(input.run.metric);
   if (std::isfinite(frame.corners_used)) about += ", " + formatted("%.0f corners", frame.corners_used);
   scene.add(Text{{kLeftMargin, 46}, about, 11, Anchor::kStart, kFaintInk});
 

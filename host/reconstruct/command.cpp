@@ -101,9 +101,8 @@ void add_reconstruct_command(CLI::App& app, int& exit_code) {
       ->take_all();
   command->add_flag("--free-index", options->free_index,
                     "estimate the index of the water too; refused where the view cannot tell it from the height");
-  const std::vector<std::pair<std::string, dsp::Metric>> metrics = {{"reprojection", dsp::Metric::kReprojection},
-                                                                    {"disparity", dsp::Metric::kDisparity},
-                                                                    {"collinearity", dsp::Metric::kCollinearity}};
+  std::vector<std::pair<std::string, dsp::Metric>> metrics;
+  for (const dsp::Metric metric : dsp::kMetrics) metrics.emplace_back(to_string(metric), metric);
   command->add_option("--metric", options->metric, "what is minimised: reprojection, disparity or collinearity")
       ->transform(one_of(metrics));
   const std::vector<std::pair<std::string, dsp::Loss>> losses = {

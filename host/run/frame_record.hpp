@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "dsp/estimate/estimator.hpp"
+#include "proto/messages.hpp"
 
 namespace srd::host {
 
@@ -15,7 +16,7 @@ struct FrameRecord {
   std::string name;            // file of the first camera's frame
   std::uint64_t sequence = 0;  // chronological, from 0 unless the recording says otherwise
   std::int64_t time_ns = 0;
-  std::string status;                       // "ok" or why there is none: as the CSV's status column
+  proto::FrameStatus status = proto::FrameStatus::kBadFrame;
   dsp::Estimate<double> estimate;           // meaningful when has_surface()
   int expected = 0;                         // points of all cameras together; pixels that show the pattern
   int found = 0;                            // corners of all cameras together; pixels used

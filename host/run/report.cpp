@@ -26,7 +26,7 @@ Outcome<void> report(const RunPlan& plan, const RunResult& result, const std::ve
   const RunMeans m = means(plan, result);
   if (m.surfaces == 0) {
     std::map<std::string, int> reasons;
-    for (const FrameRecord& frame : result.frames) ++reasons[frame.status];
+    for (const FrameRecord& frame : result.frames) ++reasons[to_string(frame.status)];
     std::string found;
     for (const auto& [reason, count] : reasons) found += (found.empty() ? "" : ", ") + std::to_string(count) + " " + reason;
     return Problem{Exit::kInput, "no frame gave a surface",

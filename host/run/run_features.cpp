@@ -10,6 +10,7 @@
 #include "host/run/first_surface.hpp"
 #include "host/run/identities.hpp"
 #include "host/run/ordered_work.hpp"
+#include "proto/frame_from_estimate.hpp"
 
 namespace srd::host {
 
@@ -43,12 +44,6 @@ std::vector<Observation<double>> observe(const Features& features, const RunCame
 }
 
 }  // namespace
-
-const char* status_text(dsp::Stop stop) {
-  if (stop == dsp::Stop::kTooFewCorners) return "too_few_corners";
-  if (dsp::failed(stop)) return "failed";
-  return stop == dsp::Stop::kMaxIterations || stop == dsp::Stop::kDeadline ? "not_converged" : "ok";
-}
 
 Problem unusable_model(Errc code) {
   return {Exit::kUsage,
@@ -111,7 +106,7 @@ Outcome<RunResult> run_features(const RunPlan& plan, const Progress& progress) {
     if (history.size() == 0)
       if (const auto surface = first->find(cameras, plan.guess)) starts.insert(starts.begin(), surface->coefficients);
     record.estimate = estimator->estimate(cameras, starts);
-    record.status = status_text(record.estimate.stop);
+    record.status = proto::status_of(record.estimate.stop);
     if (record.has_surface()) history.add(record.time_ns, record.estimate.coefficients);
     record.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
     result.frames.push_back(std::move(record));

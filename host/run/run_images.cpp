@@ -9,27 +9,13 @@
 #include "host/run/ordered_work.hpp"
 #include "host/run/pose_estimation.hpp"
 #include "host/run/run_kinds.hpp"
+#include "proto/frame_from_estimate.hpp"
 
 namespace srd::host {
 
 namespace {
 
 using Tracker = dsp::SurfaceTracker<double>;
-
-const char* status_word(dsp::TrackStatus status, dsp::TrackState state, dsp::Stop stop) {
-  switch (status) {
-    case dsp::TrackStatus::kOk: return status_text(stop);
-    case dsp::TrackStatus::kNoPattern: return state == dsp::TrackState::kLost ? "lost" : "searching";
-    case dsp::TrackStatus::kTooFewCorners: return "too_few_corners";
-    case dsp::TrackStatus::kAmbiguous: return "ambiguous";
-    case dsp::TrackStatus::kInconsistent: return "inconsistent";
-    case dsp::TrackStatus::kInterlaced: return "interlaced";
-    case dsp::TrackStatus::kPoorFit:
-    case dsp::TrackStatus::kSolverFailed: return "failed";
-    case dsp::TrackStatus::kBadImage: return "bad_frame";
-  }
-  return "failed";
-}
 
 using Images = Outcome<std::vector<GrayImage>>;
 struct ReadFrame {
@@ -163,7 +149,7 @@ Outcome<RunResult> run_images(const RunPlan& plan, const Progress& progress) {
       // One damaged image among thousands costs its own frame only.
       const Problem& problem = read.images.error();
       result.warnings.push_back(problem.where + ": " + problem.what + "; the frame has no surface");
-      record.status = "bad_frame";
+      record.status = proto::FrameStatus::kBadFrame;
       result.frames.push_back(std::move(record));
       if (progress) progress(i + 1, total);
       continue;
@@ -174,7 +160,7 @@ Outcome<RunResult> run_images(const RunPlan& plan, const Progress& progress) {
     record.expected = found.expected;
     record.found = found.found;
     if (found.has_estimate() || found.status == dsp::TrackStatus::kSolverFailed) record.estimate = found.estimate;
-    record.status = status_word(found.status, found.state, found.estimate.stop);
+    record.status = proto::status_of(found);
     for (std::size_t c = 0; c < plan.cameras.size(); ++c)
       record.corners[c].assign(found.observations[c].begin(), found.observations[c].end());
     record.seconds = read.seconds + seconds_since(began);

@@ -14,7 +14,5 @@ namespace srd::host {
 
 // No estimator can be made for the plan.
 [[nodiscard]] Problem unusable_model(Errc code);
-// As the status column of the CSV has it: "ok", "not_converged" (a surface, the best so far), "too_few_corners", "failed".
-[[nodiscard]] const char* status_text(dsp::Stop stop);
 
 }  // namespace srd::host

@@ -8,6 +8,7 @@
 #include "host/run/pattern_mask.hpp"
 #include "host/run/pose_estimation.hpp"
 #include "host/run/run_kinds.hpp"
+#include "proto/frame_from_estimate.hpp"
 
 namespace srd::host {
 
@@ -64,7 +65,7 @@ class BlockFitter {
     if (!image || !right) {
       const Problem& problem = image ? right.error() : image.error();
       warnings.push_back(problem.where + ": " + problem.what + "; the frame has no surface");
-      record.status = "bad_frame";
+      record.status = proto::FrameStatus::kBadFrame;
       return;
     }
     const PatternRun& pattern = *plan_.pattern_run;
@@ -75,11 +76,11 @@ class BlockFitter {
     record.expected = static_cast<int>(mask.size() - static_cast<std::size_t>(std::count(mask.begin(), mask.end(), 0)));
     record.found = found.pixels;
     record.estimate = found.surface;
-    record.status = status_text(found.surface.stop);
+    record.status = proto::status_of(found.surface.stop);
     if (!record.has_surface()) return;
     if (!found_pattern(found)) {
       record.estimate = {};
-      record.status = "failed";
+      record.status = proto::FrameStatus::kFailed;
       return;
     }
     history.add(record.time_ns, record.estimate.coefficients);

@@ -7,8 +7,9 @@
 #include <cstdio>
 
 #include "drivers/support/text_file.hpp"
-#include "host/coefficients/columns.hpp"
 #include "host/coefficients/model_file.hpp"
+#include "host/coefficients/pattern_extent.hpp"
+#include "host/coefficients/row_writer.hpp"
 #include "host/run/found_index.hpp"
 
 namespace srd::host {
@@ -24,67 +25,42 @@ std::string fixed(double value, int decimals) {
   return {buffer.data(), static_cast<std::size_t>(length)};
 }
 
-PatternExtent extent(const Points& points) {
-  PatternExtent e{points[0].x(), points[0].x(), points[0].y(), points[0].y()};
-  for (const auto& p : points) {
-    e.x_min = std::min(e.x_min, p.x());
-    e.x_max = std::max(e.x_max, p.x());
-    e.y_min = std::min(e.y_min, p.y());
-    e.y_max = std::max(e.y_max, p.y());
-  }
-  return e;
-}
-
-std::string mode_names(const dsp::ModeList& modes) {
-  std::string names;
-  for (const dsp::Mode& mode : modes) names += (names.empty() ? "" : " ") + std::string(mode.name().data());
-  return names;
+RowContent row_content(const RunPlan& plan, const PatternExtent& pattern, const FrameRecord& frame) {
+  RowContent row;
+  row.node = kNode;
+  row.sequence = frame.sequence;
+  row.stamp.sensor_time_ns = frame.time_ns;
+  row.stamp.clock = plan.times_known ? ClockId::kRecording : ClockId::kUnknown;
+  row.status = frame.status;
+  row.corners_expected = static_cast<std::uint32_t>(frame.expected);
+  row.corners_found = static_cast<std::uint32_t>(frame.found);
+  row.metric = metric_name(plan);
+  row.modes = plan.model.modes.size();
+  if (!frame.has_surface()) return row;
+  const dsp::Estimate<double>& estimate = frame.estimate;
+  row.corners_used = static_cast<std::uint32_t>(estimate.corners_used);
+  row.mean_error = estimate.mean_error;
+  row.height_mm = plan.model.height(estimate.coefficients, pattern.x_centre(), pattern.y_centre());
+  row.coefficients = estimate.coefficients.head(row.modes);
+  row.deviations = estimate.standard_deviation.head(std::min<Eigen::Index>(row.modes, estimate.standard_deviation.size()));
+  return row;
 }
 
 }  // namespace
 
-const char* metric_name(const RunPlan& plan) {
-  if (plan.pattern_run) return "pattern";
-  switch (plan.options.metric) {
-    case dsp::Metric::kReprojection: return "reprojection";
-    case dsp::Metric::kDisparity: return "disparity";
-    case dsp::Metric::kCollinearity: return "collinearity";
-  }
-  return "unknown";
-}
+const char* metric_name(const RunPlan& plan) { return plan.pattern_run ? kPatternMetric : dsp::to_string(plan.options.metric); }
 
-const char* metric_unit(const RunPlan& plan) {
-  if (plan.pattern_run) return "grey levels";
-  switch (plan.options.metric) {
-    case dsp::Metric::kReprojection: return "px";
-    case dsp::Metric::kDisparity: return "mm";
-    case dsp::Metric::kCollinearity: return "rad";
-  }
-  return "";
-}
+const char* metric_unit(const RunPlan& plan) { return error_unit(metric_name(plan)); }
 
 std::string series_csv(const RunPlan& plan, const RunResult& result) {
   std::string text = coefficient_header(plan.model.modes);
-  const char* clock = plan.times_known ? "recording" : "unknown";
-  const PatternExtent pattern = extent(plan.points);
-  for (const FrameRecord& frame : result.frames) {
-    const bool good = frame.has_surface();
-    const dsp::Estimate<double>& e = frame.estimate;
-    text += std::string(kNode) + "," + boot_text(0) + "," + std::to_string(frame.sequence) + "," +
-            std::to_string(frame.time_ns) + "," + clock + "," + frame.status + "," + std::to_string(frame.expected) + "," +
-            std::to_string(frame.found) + "," + std::to_string(good ? e.corners_used : 0) + "," +
-            (good ? fixed(e.mean_error, 7) : "") + "," + metric_name(plan) + "," +
-            (good ? fixed(plan.model.height(e.coefficients, pattern.x_centre(), pattern.y_centre()), 6) : "");
-    for (int j = 0; j < plan.model.modes.size(); ++j) text += "," + (good ? fixed(e.coefficients[j], 6) : "");
-    for (int j = 0; j < plan.model.modes.size(); ++j)
-      text += "," + (good && j < e.standard_deviation.size() ? fixed(e.standard_deviation[j], 6) : "");
-    text += ",,\n";  // no wall time
-  }
+  const PatternExtent pattern = extent_of(plan.points);
+  for (const FrameRecord& frame : result.frames) append_row(row_content(plan, pattern, frame), text);
   return text;
 }
 
 std::string series_model(const RunPlan& plan, const RunResult& result) {
-  return model_file_text({{{kNode, plan.model, index_of(plan, result), extent(plan.points), plates_of(plan.media)}}});
+  return model_file_text({{{kNode, plan.model, index_of(plan, result), extent_of(plan.points), plates_of(plan.media)}}});
 }
 
 double pattern_height(const RunPlan& plan, const dsp::Coefficients<double>& surface) {
@@ -119,7 +95,7 @@ std::string summary_text(const RunPlan& plan, const RunResult& result, const std
   std::string text;
   for (const std::string& line : head) text += line + "\n";
   text += "refractive index: " + index_text(plan, result) + " (air " + number_text(plan.media.air) + ")\n";
-  text += "surface: " + mode_names(plan.model.modes) + ", Lx " + number_text(plan.model.lx) + " mm, Ly " +
+  text += "surface: " + joined(plan.model.modes, " ") + ", Lx " + number_text(plan.model.lx) + " mm, Ly " +
           number_text(plan.model.ly) + " mm\n";
   text += "metric: " + std::string(metric_name(plan)) + ", errors in " + unit +
           (plan.options.loss == dsp::Loss::kNone ? "" : std::string(", loss: ") + to_string(plan.options.loss)) + "\n";
@@ -136,8 +112,8 @@ std::string summary_text(const RunPlan& plan, const RunResult& result, const std
           ")\theight (mm)";
   text += plan.options.free_index ? "\tindex\tits deviation\n" : "\n";
   for (const FrameRecord& frame : result.frames) {
-    text += std::to_string(frame.sequence) + "\t" + frame.name + "\t" + frame.status + "\t" + std::to_string(frame.found) +
-            "/" + std::to_string(frame.expected);
+    text += std::to_string(frame.sequence) + "\t" + frame.name + "\t" + to_string(frame.status) + "\t" +
+            std::to_string(frame.found) + "/" + std::to_string(frame.expected);
     if (frame.has_surface())
       text += "\t" + fixed(frame.estimate.mean_error, 5) + "\t" + fixed(pattern_height(plan, frame.estimate.coefficients), 4);
     if (frame.has_surface() && plan.options.free_index)

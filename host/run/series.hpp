@@ -9,7 +9,7 @@
 
 namespace srd::host {
 
-// The columns of columns.hpp. Empty cells where a frame has no surface.
+// The columns of host/coefficients/columns.hpp. Empty cells where a frame has no surface.
 [[nodiscard]] std::string series_csv(const RunPlan& plan, const RunResult& result);
 // Modes, lengths, origin and refractive index of the series: the text of surface.csv.model.toml.
 [[nodiscard]] std::string series_model(const RunPlan& plan, const RunResult& result);

@@ -104,7 +104,7 @@ TEST(CoefficientFile, CoefficientsComeBackToTheLastBit) {
   for (const float a : {1.0f / 3, 1e-7f, 123456.789f, -0.0f, std::nextafter(80.0f, 81.0f)}) {
     proto::CoefficientFrame frame = frame_of(1, a);
     std::string row = coefficient_header(frame.model.modes);
-    append_csv_row(kNode, 0, frame, row);
+    append_row(row_content(kNode, 0, frame), row);
     const auto back = CsvTable::parse(row, "row").value().numbers("A00").value();
     EXPECT_EQ(static_cast<float>(back[0]), a);
   }
