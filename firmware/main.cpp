@@ -112,11 +112,12 @@ int report_on(const srd::firmware::RunReport& report, const Arguments& arguments
   if (!arguments.truth.empty())
     if (auto written = srd::write_truth(arguments.truth, srd::truth_of(*instrument.scene, report.records)); !written)
       return fail(written.error());
-  if (report.sent && report.transmitter.unacknowledged + report.transmitter.counts.lost > 0)
+  if (report.sent && report.transmitter.unacknowledged + report.transmitter.counts.lost + report.dropped_transmit > 0)
     return fail(
         {srd::Exit::kNetwork, "not every frame is in the host's record", host, "all acknowledged",
          std::to_string(report.transmitter.unacknowledged) + " frames not acknowledged, " +
-             std::to_string(report.transmitter.counts.lost) + " overwritten",
+             std::to_string(report.transmitter.counts.lost) + " overwritten, " + std::to_string(report.dropped_transmit) +
+             " given up on the way to the sender",
          report.transmitter.host_problem.empty() ? "is srd listen running there?" : "a numeric address, or srd-node --doctor"});
   // A run that was stopped has said it above: a service that ends in order has not failed.
   if (!report.without_surface.empty() && !stop_requested)
@@ -133,7 +134,7 @@ srd::Outcome<srd::firmware::RunReport> measure(const srd::firmware::NodeConfig& 
   options.frames = arguments.frames;
   options.version = SRD_VERSION;
   options.restart = {last_end.text(), last_end.restarts()};
-  options.say = [](const std::string& lines) { std::fputs(lines.c_str(), stderr); };
+  options.notify = [](const std::string& lines) { std::fputs(lines.c_str(), stderr); };
   last_end.catch_fatal_signals();
   return srd::firmware::run_node(config, instrument, options, stop_requested);
 }

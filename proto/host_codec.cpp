@@ -7,7 +7,6 @@
 
 #include "proto/check.hpp"
 #include "proto/mode_code.hpp"
-#include "proto/quantum.hpp"
 #include "srd.pb.h"
 
 namespace srd::proto {
@@ -120,25 +119,6 @@ std::optional<NodeStatus> read(const wire::NodeStatus& from, const Stamp& stamp)
   return to;
 }
 
-std::optional<FeatureChunk> read(const wire::FeatureChunk& from, const Stamp& stamp) {
-  FeatureChunk to;
-  to.stamp = stamp;
-  to.camera = from.camera();
-  to.sigma_px = from.sigma_px();
-  if (from.u_size() != from.point_step_size() || from.v_size() != from.point_step_size()) return std::nullopt;
-  std::uint64_t point = 0;
-  for (int i = 0; i < from.point_step_size(); ++i) {
-    point += from.point_step(i);
-    if (point > std::numeric_limits<std::uint32_t>::max() || from.u(i) > kMostQuanta || from.u(i) < -kMostQuanta ||
-        from.v(i) > kMostQuanta || from.v(i) < -kMostQuanta)
-      return std::nullopt;
-    if (!to.features.push({static_cast<std::uint32_t>(point), from_quanta(from.u(i)), from_quanta(from.v(i))}))
-      return std::nullopt;
-  }
-  if (!valid(to)) return std::nullopt;
-  return to;
-}
-
 }  // namespace
 
 std::optional<NodeMessage> decode_node_datagram(std::span<const std::uint8_t> datagram) {
@@ -162,7 +142,6 @@ std::optional<NodeMessage> decode_node_datagram(std::span<const std::uint8_t> da
   switch (in.content_case()) {
     case wire::NodeDatagram::kFrame: taken = take(read(in.frame(), stamp)); break;
     case wire::NodeDatagram::kStatus: taken = take(read(in.status(), stamp)); break;
-    case wire::NodeDatagram::kFeatures: taken = take(read(in.features(), stamp)); break;
     case wire::NodeDatagram::CONTENT_NOT_SET: break;
   }
   if (!taken) return std::nullopt;

@@ -6,8 +6,6 @@
 namespace srd::proto {
 namespace {
 
-constexpr float kMostPixel = 65536;
-constexpr std::uint32_t kMostPoints = 1u << 14;
 constexpr float kLeastLength = 1e-3f, kMostLength = 1e6f;  // mm
 
 bool finite(float x) { return std::isfinite(x); }
@@ -27,6 +25,8 @@ bool ascending(const FixedList<SequenceRange, N>& ranges, std::uint64_t begin, s
   }
   return true;
 }
+
+bool valid(FrameStatus status) { return static_cast<int>(status) < kFrameStatusCount && static_cast<int>(status) != 8; }
 
 bool valid(dsp::Stop stop) { return stop <= dsp::Stop::kNoProgress || (dsp::failed(stop) && stop <= dsp::Stop::kOutOfDomain); }
 
@@ -49,7 +49,6 @@ const char* to_string(FrameStatus status) {
     case FrameStatus::kNotConverged: return "not_converged";
     case FrameStatus::kFailed: return "failed";
     case FrameStatus::kAmbiguous: return "ambiguous";
-    case FrameStatus::kDropped: return "dropped";
     case FrameStatus::kDark: return "dark";
     case FrameStatus::kPoorFit: return "poor_fit";
     case FrameStatus::kInconsistent: return "inconsistent";
@@ -84,12 +83,12 @@ bool valid(const NodeHeader& header) {
 bool valid(const CoefficientFrame& frame) {
   const auto n = frame.model.modes.size();
   const auto coefficients = static_cast<int>(frame.coefficients.size());
-  return valid(frame.stamp) && static_cast<int>(frame.status) < kFrameStatusCount && n > 0 && is_length(frame.model.lx) &&
-         is_length(frame.model.ly) && is_place(frame.model.x0) && is_place(frame.model.y0) && frame.refractive_index >= 1 &&
-         frame.refractive_index <= 2 && is_place(frame.centre_x_mm) && is_place(frame.centre_y_mm) &&
-         not_negative(frame.pattern_x_mm) && frame.pattern_x_mm <= kMostLength && not_negative(frame.pattern_y_mm) &&
-         frame.pattern_y_mm <= kMostLength && (coefficients == 0 || coefficients == n) && frame.coefficients.allFinite() &&
-         valid(frame.information) && (frame.information.size == 0 || frame.information.size == coefficients) &&
+  return valid(frame.stamp) && valid(frame.status) && n > 0 && is_length(frame.model.lx) && is_length(frame.model.ly) &&
+         is_place(frame.model.x0) && is_place(frame.model.y0) && frame.refractive_index >= 1 && frame.refractive_index <= 2 &&
+         is_place(frame.centre_x_mm) && is_place(frame.centre_y_mm) && not_negative(frame.pattern_x_mm) &&
+         frame.pattern_x_mm <= kMostLength && not_negative(frame.pattern_y_mm) && frame.pattern_y_mm <= kMostLength &&
+         (coefficients == 0 || coefficients == n) && frame.coefficients.allFinite() && valid(frame.information) &&
+         (frame.information.size == 0 || frame.information.size == coefficients) &&
          frame.metric <= dsp::Metric::kCollinearity && not_negative(frame.mean_error) &&
          not_negative(frame.reprojection_rms_px) && valid(frame.stop) && frame.strobe <= StrobePhase::kDark;
 }
@@ -99,18 +98,6 @@ bool valid(const NodeStatus& status) {
          not_negative(status.record_hz) && !std::isinf(status.temperature_c) && (status.throttled & ~Throttled::kAll) == 0 &&
          status.clock_state <= ClockState::kUnsynchronised && status.recording <= RecordState::kStopped &&
          ascending(status.lost_ranges, 0, kMaxSequence);
-}
-
-bool valid(const FeatureChunk& chunk) {
-  if (!valid(chunk.stamp) || !positive(chunk.sigma_px)) return false;
-  std::uint32_t next = 0;
-  for (const Feature& feature : chunk.features) {
-    if (feature.point < next || feature.point >= kMostPoints || !(std::abs(feature.u) <= kMostPixel) ||
-        !(std::abs(feature.v) <= kMostPixel))
-      return false;
-    next = feature.point + 1;
-  }
-  return true;
 }
 
 bool valid(const Acknowledgement& acknowledgement) {

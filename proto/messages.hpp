@@ -15,7 +15,7 @@
 
 namespace srd::proto {
 
-// What became of a frame. Numbers are on the wire, words in the CSV: never reuse one.
+// What became of a frame. Numbers are on the wire, words in coefficient files: never reuse one (8 was "dropped").
 enum class FrameStatus : std::uint8_t {
   kOk = 0,             // a surface from a tracked pattern
   kSearching = 1,      // no pattern found yet
@@ -25,13 +25,12 @@ enum class FrameStatus : std::uint8_t {
   kNotConverged = 5,   // the solver used up its steps or its time; the surface, when there, is its best so far
   kFailed = 6,         // the solver found no surface
   kAmbiguous = 7,      // two placements of the pattern fit equally well
-  kDropped = 8,        // not processed in time
   kDark = 9,           // a frame without light, on purpose
   kPoorFit = 10,       // a surface was fitted, but its corners disagree with it: another identity, or beyond the model
   kInconsistent = 11,  // a surface was fitted, but its corners contradict each other far more than they do as a rule
   kInterlaced = 12,    // a surface was fitted, but the image's even and odd rows are of two moments
 };
-inline constexpr int kFrameStatusCount = 13;
+inline constexpr int kFrameStatusCount = 13;  // numbers, 8 among them
 [[nodiscard]] const char* to_string(FrameStatus status);
 
 enum class NodeState : std::uint8_t { kStarting = 0, kSearching = 1, kTracking = 2, kLost = 3, kStopping = 4 };
@@ -116,21 +115,7 @@ struct NodeStatus {
   FixedList<SequenceRange, 16> lost_ranges;  // ascending, apart
 };
 
-// A corner by its point, raw image.
-struct Feature {
-  std::uint32_t point = 0;  // < 2^14
-  float u = 0, v = 0;       // px, within +-65536; kept to 1/1024 px
-  friend constexpr bool operator==(const Feature&, const Feature&) = default;
-};
-
-struct FeatureChunk {
-  Stamp stamp;  // its frame's
-  std::uint32_t camera = 0;
-  float sigma_px = 1;
-  FixedList<Feature, 96> features;  // ascending points
-};
-
-using NodeContent = std::variant<CoefficientFrame, NodeStatus, FeatureChunk>;
+using NodeContent = std::variant<CoefficientFrame, NodeStatus>;
 
 struct NodeMessage {
   NodeHeader header;
@@ -152,7 +137,6 @@ struct Acknowledgement {
 [[nodiscard]] bool valid(const NodeHeader& header);
 [[nodiscard]] bool valid(const CoefficientFrame& frame);
 [[nodiscard]] bool valid(const NodeStatus& status);
-[[nodiscard]] bool valid(const FeatureChunk& chunk);
 [[nodiscard]] bool valid(const Acknowledgement& acknowledgement);
 
 }  // namespace srd::proto

@@ -10,7 +10,6 @@
 
 #include "proto/check.hpp"
 #include "proto/mode_code.hpp"
-#include "proto/quantum.hpp"
 #include "srd.pb.h"
 
 namespace srd::proto {
@@ -128,18 +127,6 @@ void fill(const NodeStatus& from, srd_wire_NodeStatus& to) {
   for (const SequenceRange& range : from.lost_ranges) to.lost_ranges[to.lost_ranges_count++] = {range.begin, range.end};
 }
 
-void fill(const FeatureChunk& from, srd_wire_FeatureChunk& to) {
-  to.camera = from.camera;
-  to.sigma_px = from.sigma_px;
-  std::uint32_t before = 0;
-  for (const Feature& feature : from.features) {
-    to.point_step[to.point_step_count++] = feature.point - before;
-    before = feature.point;
-    to.u[to.u_count++] = to_quanta(feature.u);
-    to.v[to.v_count++] = to_quanta(feature.v);
-  }
-}
-
 }  // namespace
 
 Result<std::size_t> encode(const BootId& from, std::uint64_t sequence, const CoefficientFrame& frame,
@@ -158,15 +145,6 @@ Result<std::size_t> encode(const BootId& from, std::uint64_t sequence, const Nod
   datagram.which_content = srd_wire_NodeDatagram_status_tag;
   datagram.content.status = srd_wire_NodeStatus_init_zero;
   fill(status, datagram.content.status);
-  return write(datagram, out);
-}
-
-Result<std::size_t> encode(const BootId& from, std::uint64_t sequence, const FeatureChunk& chunk, std::span<std::uint8_t> out) {
-  if (!valid(NodeHeader{from, sequence, 0}) || !valid(chunk)) return Errc::kInvalidArgument;
-  srd_wire_NodeDatagram datagram = start(from, sequence, chunk.stamp);
-  datagram.which_content = srd_wire_NodeDatagram_features_tag;
-  datagram.content.features = srd_wire_FeatureChunk_init_zero;
-  fill(chunk, datagram.content.features);
   return write(datagram, out);
 }
 

@@ -25,8 +25,6 @@ inline constexpr std::size_t kMaxEncoded = kMaxDatagram - kSealBytes;
                                          std::span<std::uint8_t> out);
 [[nodiscard]] Result<std::size_t> encode(const BootId& from, std::uint64_t sequence, const NodeStatus& status,
                                          std::span<std::uint8_t> out);
-[[nodiscard]] Result<std::size_t> encode(const BootId& from, std::uint64_t sequence, const FeatureChunk& chunk,
-                                         std::span<std::uint8_t> out);
 
 // Bytes of the whole datagram. buffer holds the encoded message and kSealBytes of room. Once per encoded copy.
 [[nodiscard]] std::size_t seal(std::span<std::uint8_t> buffer, std::size_t encoded_bytes, std::uint64_t oldest_held);

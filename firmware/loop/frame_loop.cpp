@@ -14,6 +14,7 @@ namespace {
 constexpr std::size_t kRingFrames = 64;  // more than any camera has buffers
 constexpr auto kCaptureTimeout = std::chrono::milliseconds(100);
 constexpr auto kWaitForRoom = std::chrono::milliseconds(1);
+constexpr int kPatienceAfterStop = 1000;  // turns of kWaitForRoom, for all records together
 
 [[nodiscard]] std::uint32_t microseconds(std::int64_t ns) { return static_cast<std::uint32_t>(ns / 1000); }
 
@@ -50,8 +51,13 @@ void count(std::atomic<std::uint64_t>& counter, std::uint64_t more = 1) { counte
 
 }  // namespace
 
-FrameLoop::FrameLoop(Camera& camera, dsp::SurfaceTracker<float>& tracker, const FrameLoopOptions& options, TakeRecord take)
-    : camera_(camera), tracker_(tracker), options_(options), take_(std::move(take)), ring_(kRingFrames) {
+FrameLoop::FrameLoop(Camera& camera, dsp::SurfaceTracker<float>& tracker, const FrameLoopOptions& options, RecordSink sink)
+    : camera_(camera),
+      tracker_(tracker),
+      options_(options),
+      sink_(std::move(sink)),
+      ring_(kRingFrames),
+      patience_after_stop_(kPatienceAfterStop) {
   record_.model = tracker.model();
   record_.metric = tracker.metric();
   record_.refractive_index = static_cast<float>(options.refractive_index);
@@ -65,9 +71,9 @@ FrameLoop::FrameLoop(Camera& camera, dsp::SurfaceTracker<float>& tracker, const 
 
 void FrameLoop::capture() {
   CameraFrame frame;
-  bool connected = true;
+  bool connected = true, ended = false;
   std::uint64_t taken = 0;
-  while (!stopping_.load(std::memory_order_relaxed) && (options_.frames == 0 || taken < options_.frames)) {
+  while (!ended && !stopping_.load(std::memory_order_relaxed) && (options_.frames == 0 || taken < options_.frames)) {
     count(counters_.calls);
     switch (camera_.next(frame, kCaptureTimeout)) {
       case Capture::kFrame:
@@ -85,9 +91,9 @@ void FrameLoop::capture() {
         if (connected) count(counters_.disconnects);
         connected = false;
         break;
-      case Capture::kEnd: stopping_.store(true, std::memory_order_relaxed); break;
+      case Capture::kEnd: ended = true; break;
     }
-    counters_.away.store(!connected, std::memory_order_relaxed);
+    counters_.disconnected.store(!connected, std::memory_order_relaxed);
   }
   captured_all_.store(true, std::memory_order_release);
   handed_over_.fetch_add(1, std::memory_order_release);
@@ -122,7 +128,7 @@ void FrameLoop::process() {
     ring_.pop();
     count_gap(taken.frame);
     if (taken.usable && options_.light != nullptr) options_.light->label(taken.frame);
-    if (taken.usable && options_.see) options_.see(taken.frame);
+    if (taken.usable && options_.on_frame) options_.on_frame(taken.frame);
     if (camera_.live() && taken.usable && ring_.front() != nullptr) {
       // A newer frame waits: the older one is late already.
       camera_.give_back(taken.frame);
@@ -201,11 +207,14 @@ void FrameLoop::make_record(const Captured& captured) {
   record_.total_us = microseconds(clock_ns(CLOCK_MONOTONIC) - begin);
 }
 
+// A live camera does not wait: a record that finds no room is lost, and the next one says so. A recording waits for room, and
+// after stop() a second more: a host that is gone must not keep the program.
 void FrameLoop::deliver() {
   count(counters_.records);
   ++statuses_[static_cast<std::size_t>(record_.status)];
-  while (!take_(record_)) {
-    if (camera_.live()) {  // the transmitting side is overrun: the record is lost, and the next one says so
+  while (!sink_(record_)) {
+    if (camera_.live() || (stopping_.load(std::memory_order_relaxed) && --patience_after_stop_ < 0)) {
+      count(counters_.dropped_transmit);
       ++dropped_before_;
       return;
     }

@@ -28,34 +28,36 @@ struct FrameCounters {
   std::atomic<std::uint64_t> lost_tracks{0};        // tracked in one frame and not in the next
   std::atomic<std::uint64_t> dropped_by_source{0};  // gaps in the camera's numbers
   std::atomic<std::uint64_t> dropped_late{0};       // live frames that a newer one overtook
+  std::atomic<std::uint64_t> dropped_transmit{0};   // records given up: the sink had no room
   std::atomic<std::uint64_t> hurried{0};            // records whose fit the deadline ended
   std::atomic<std::uint64_t> singular{0};           // records whose corners do not determine the coefficients
   std::atomic<std::uint64_t> bad{0};                // frames without a usable image
   std::atomic<std::uint64_t> dark{0};               // frames without light, on purpose: not processed
   std::atomic<std::uint64_t> disconnects{0};
-  std::atomic<std::uint64_t> calls{0};  // of the camera, answered or not
-  std::atomic<bool> away{false};        // the camera is disconnected
-  std::atomic<std::uint8_t> state{0};   // proto::NodeState
+  std::atomic<std::uint64_t> calls{0};    // of the camera, answered or not
+  std::atomic<bool> disconnected{false};  // the camera is, at the moment
+  std::atomic<std::uint8_t> state{0};     // proto::NodeState
 };
 
-// Where records go. Called from the processing thread; false: no room now (a source that waits tries again).
-using TakeRecord = std::function<bool(const proto::CoefficientFrame&)>;
+// Where records go. Called from the processing thread, never waits; false: no room now. Waiting, giving up and counting is
+// the loop's alone.
+using RecordSink = std::function<bool(const proto::CoefficientFrame&)>;
 
-// Sees every usable frame before it is processed or dropped as late. Called from the processing thread; may not keep it.
-using SeeFrame = std::function<void(const CameraFrame&)>;
+// Gets every usable frame before it is processed or dropped as late. Called from the processing thread; may not keep it.
+using OnFrame = std::function<void(const CameraFrame&)>;
 
 struct FrameLoopOptions {
   std::uint64_t frames = 0;  // end after so many records; 0: at the camera's end
   double refractive_index = 1;
   FrameDeadline* deadline = nullptr;  // that the tracker asks; started with every frame
-  SeeFrame see{};                     // none: nobody looks
-  FrameLight* light = nullptr;        // whose pulses light the frames; none: they keep the camera's labels
+  OnFrame on_frame{};                 // may be none
+  FrameLight* light = nullptr;        // the strobe; none: frames keep the camera's labels
 };
 
 class FrameLoop {
  public:
   // camera is started; both outlive the loop.
-  FrameLoop(Camera& camera, dsp::SurfaceTracker<float>& tracker, const FrameLoopOptions& options, TakeRecord take);
+  FrameLoop(Camera& camera, dsp::SurfaceTracker<float>& tracker, const FrameLoopOptions& options, RecordSink sink);
 
   // The capturing thread's whole life: returns at the camera's end, after the wanted frames, or when stopped.
   void capture();
@@ -89,7 +91,7 @@ class FrameLoop {
   Camera& camera_;
   dsp::SurfaceTracker<float>& tracker_;
   FrameLoopOptions options_;
-  TakeRecord take_;
+  RecordSink sink_;
   SpscRing<Captured> ring_;
   FrameCounters counters_;
   PageFaults capture_faults_, process_faults_;
@@ -104,6 +106,7 @@ class FrameLoop {
   std::array<std::uint64_t, proto::kFrameStatusCount> statuses_{};
   ImageSketch first_image_;
   std::uint32_t dropped_before_ = 0;
+  int patience_after_stop_;  // turns of waiting for room
   std::uint64_t next_sequence_ = 0;
   bool any_sequence_ = false;
 };

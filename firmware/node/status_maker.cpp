@@ -30,6 +30,7 @@ proto::NodeStatus StatusMaker::make(const FrameLoop& loop, const FrameRecorder* 
   status.dropped_by_source = value_of(counters.dropped_by_source);
   status.dropped_late = value_of(counters.dropped_late);
   status.dropped_bad = value_of(counters.bad);
+  status.dropped_transmit = value_of(counters.dropped_transmit);
   status.disconnects = value_of(counters.disconnects);
   status.minor_faults = loop.capture_faults().minor() + loop.process_faults().minor();
   status.major_faults = loop.capture_faults().major() + loop.process_faults().major();
@@ -50,10 +51,10 @@ proto::NodeStatus StatusMaker::make(const FrameLoop& loop, const FrameRecorder* 
   return status;
 }
 
-std::string status_text(const proto::NodeStatus& status, bool camera_away, bool host_unresolved) {
+std::string status_text(const proto::NodeStatus& status, bool camera_disconnected, bool host_unresolved) {
   std::ostringstream out;
   out.precision(3);
-  out << (camera_away ? "camera is away, being called" : proto::to_string(status.state)) << ", " << status.capture_hz
+  out << (camera_disconnected ? "camera is away, being called" : proto::to_string(status.state)) << ", " << status.capture_hz
       << " frames/s, dropped " << status.dropped_by_source << " by the source, " << status.dropped_late << " late";
   if (host_unresolved) out << ", the host's name has no address yet";
   if (std::isfinite(status.temperature_c)) out << ", " << status.temperature_c << " C";

@@ -34,6 +34,6 @@ class StatusMaker {
 };
 
 // What systemctl status shows.
-[[nodiscard]] std::string status_text(const proto::NodeStatus& status, bool camera_away, bool host_unresolved);
+[[nodiscard]] std::string status_text(const proto::NodeStatus& status, bool camera_disconnected, bool host_unresolved);
 
 }  // namespace srd::firmware

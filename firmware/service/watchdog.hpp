@@ -13,7 +13,7 @@ class FrameWatchdog {
     std::uint64_t frames = 0;   // that left the loop, as a record or as late
     std::uint64_t calls = 0;    // of the camera, answered or not
     std::uint64_t pending = 0;  // frames that the camera gave and that have not left the loop
-    bool away = false;          // the camera is disconnected
+    bool disconnected = false;  // the camera is
   };
 
   // interval_ns: within which somebody expects a sign of life; 0: nobody. period_ns: between two frames of this camera;
@@ -24,7 +24,7 @@ class FrameWatchdog {
   // True: say now that the node is alive. Ask several times an interval.
   [[nodiscard]] bool due(std::int64_t now_ns, const Progress& progress) {
     if (interval_ns_ == 0) return false;
-    const bool calls_suffice = (progress.away || may_be_silent_) && progress.pending == 0;
+    const bool calls_suffice = (progress.disconnected || may_be_silent_) && progress.pending == 0;
     if (progress.frames != frames_ || (calls_suffice && progress.calls != calls_)) moved_ = true;
     frames_ = progress.frames;
     calls_ = progress.calls;

@@ -47,25 +47,13 @@ Transmitter::~Transmitter() {
   if (thread_.joinable()) thread_.join();
 }
 
-bool Transmitter::push_waiting(const proto::CoefficientFrame& frame, const std::atomic<bool>& cancelled) noexcept {
-  for (;;) {
-    if (proto::CoefficientFrame* slot = frames_.back(); slot != nullptr) {
-      *slot = frame;
-      frames_.push();
-      return true;
-    }
-    if (cancelled.load(std::memory_order_relaxed)) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-}
-
 TransmitterReport Transmitter::finish() {
   stopping_.store(true);
   if (thread_.joinable()) thread_.join();
   // Records that a full ring never took are as good as unacknowledged.
   std::uint64_t queued = 0;
   for (; frames_.front() != nullptr; frames_.pop()) ++queued;
-  return {sender_.counts(), sender_.unacknowledged() + queued, frames_.overflow(), ever_heard_, host_problem(), host_address()};
+  return {sender_.counts(), sender_.unacknowledged() + queued, ever_heard_, host_problem(), host_address()};
 }
 
 void Transmitter::run() {
@@ -125,9 +113,8 @@ std::string Transmitter::host_address() const {
 
 void Transmitter::take_records(std::int64_t now) {
   while (const proto::NodeStatus* given = statuses_.front()) {
-    proto::NodeStatus status = *given;
+    const proto::NodeStatus status = *given;
     statuses_.pop();
-    status.dropped_transmit = frames_.overflow();
     sender_.set_status(status, clock_ns(CLOCK_REALTIME) - now);
   }
   const bool may_overwrite = sender_.overwrites();

@@ -22,7 +22,7 @@
 namespace srd::firmware {
 
 struct TransmitterOptions {
-  SenderOptions sender{};  // overwrite = false for sources that can wait: then use push_waiting
+  SenderOptions sender{};  // overwrite = false for sources that can wait
   std::string host{};      // HOST:PORT; a name is looked up until it has an address
   HostLookup::Resolve resolve = Address::parse_all;
   std::size_t queue_frames = 64;  // between the frame loop and this thread
@@ -31,7 +31,6 @@ struct TransmitterOptions {
 struct TransmitterReport {
   SenderCounts counts{};
   std::uint64_t unacknowledged = 0;  // kept and not in the host's record
-  std::uint64_t dropped = 0;         // records that found the queue full
   bool host_heard = false;           // ever
   std::string host_problem{};        // why there was no address to send to; empty: there was one
   std::string host_address{};        // see Transmitter::host_address
@@ -48,10 +47,8 @@ class Transmitter {
   ~Transmitter();
 
   // --- the frame loop's thread ---
-  // Never waits. False, and counted, when the queue is full.
+  // Never waits. False when the queue is full.
   bool push(const proto::CoefficientFrame& frame) noexcept { return frames_.try_push(frame); }
-  // Waits for room until cancelled becomes true; false then.
-  bool push_waiting(const proto::CoefficientFrame& frame, const std::atomic<bool>& cancelled) noexcept;
   // What the status of each second says; call about once a second, from one thread. The sender's own counts and the stamp
   // but for wall_uncertainty_ns are filled in. Skipped when the last ones are not taken yet.
   void set_status(const proto::NodeStatus& status) noexcept { (void)statuses_.try_push(status); }

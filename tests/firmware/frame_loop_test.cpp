@@ -278,6 +278,34 @@ TEST(FrameLoop, ARecordThatFindsNoRoomIsOfferedAgain) {
   EXPECT_EQ(records.size(), 12u);
 }
 
+TEST(FrameLoop, ARecordingWhoseHostIsGoneEndsAfterStopAndCountsWhatItGaveUp) {
+  Instrument instrument = instrument_of(kRecorded, fakes::test_data().string() + "/flume-small");
+  ASSERT_TRUE(instrument.camera->start().ok());
+  FrameLoop* running = nullptr;
+  int offers = 0;
+  FrameLoop loop(*instrument.camera, *instrument.tracker, {0, 1.333}, [&](const proto::CoefficientFrame&) {
+    if (++offers == 3) running->stop();
+    return false;
+  });
+  running = &loop;
+  std::vector<proto::CoefficientFrame> records;
+  run(*instrument.camera, loop, records);
+  EXPECT_GT(offers, 3);
+  EXPECT_GT(loop.counters().records.load(), 0u);
+  EXPECT_EQ(loop.counters().dropped_transmit.load(), loop.counters().records.load());
+}
+
+TEST(FrameLoop, ALiveCameraDoesNotWaitForRoom) {
+  Instrument instrument = instrument_of(kSimulated);
+  HastyCamera camera;
+  int offers = 0;
+  FrameLoop loop(camera, *instrument.tracker, {0, 1.333}, [&](const proto::CoefficientFrame&) { return ++offers == 0; });
+  loop.capture();
+  loop.process();
+  EXPECT_EQ(offers, 1);
+  EXPECT_EQ(loop.counters().dropped_transmit.load(), 1u);
+}
+
 TEST(FrameLoop, EndsSoonAfterStop) {
   Instrument instrument = instrument_of(kSimulated);
   ASSERT_TRUE(instrument.camera->start().ok());

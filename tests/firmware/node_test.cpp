@@ -50,7 +50,7 @@ TEST(Node, RecordsWhatItMeasures) {
   std::string said;
   RunOptions options;
   options.frames = 8;
-  options.say = [&](const std::string& lines) { said += lines; };
+  options.notify = [&](const std::string& lines) { said += lines; };
   const std::atomic<bool> stop{false};
   const auto report = run(*config, options, stop);
   ASSERT_TRUE(report.ok()) << report.error().text();
@@ -76,11 +76,11 @@ TEST(Node, MeasuresOnADiskThatTakesNoRecording) {
   const RecordingSection nowhere{.folder = scratch.path() / "file/rec", .min_free_mib = 0};
   for (const RecordingSection& section : {full, nowhere}) {
     fakes::NotifySocket manager;
-    config->record = section;
+    config->recording = section;
     std::string said;
     RunOptions options;
     options.frames = 3;
-    options.say = [&](const std::string& lines) { said += lines; };
+    options.notify = [&](const std::string& lines) { said += lines; };
     const std::atomic<bool> stop{false};
     const auto report = run(*config, options, stop);
     ASSERT_TRUE(report.ok()) << report.error().text();
@@ -146,7 +146,7 @@ TEST(Node, SaysOnceThatTheDriversTimesCannotBeTrueAndCountsThem) {
   std::string said;
   RunOptions options;
   options.frames = 6;
-  options.say = [&](const std::string& lines) { said += lines; };
+  options.notify = [&](const std::string& lines) { said += lines; };
   const std::atomic<bool> stop{false};
   const auto report = run_node(*config, *instrument, options, stop);
   ASSERT_TRUE(report.ok()) << report.error().text();

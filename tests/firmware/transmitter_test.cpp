@@ -83,7 +83,6 @@ TEST(Transmitter, ALookupThatBlocksHoldsUpNeitherRecordsNorTheEnd) {
   started->reset();
   EXPECT_LT(Clock::now() - begin, seconds(5));
   EXPECT_EQ(report.unacknowledged, kRecords);
-  EXPECT_EQ(report.dropped, 0u);
   EXPECT_NE(report.host_problem.find("flume-pc"), std::string::npos) << report.host_problem;
   answer.set_value();
 }

@@ -110,13 +110,13 @@ TEST(Listen, EndsAfterTheRowsAskedForAndGoesOnWithAppend) {
   const fakes::ScratchFolder folder;
   const auto file = folder.path() / "run.csv";
   Address address;
-  std::atomic<bool> cancelled{false};
   std::unique_ptr<firmware::Transmitter> node;
   {
     Listening host({.csv = file, .count = 150});
     address = host.address();
     node = start_node("cam", 1, address, false);
-    for (int i = 0; i < 400; ++i) EXPECT_TRUE(node->push_waiting(simulated::Simulation::frame_at(i), cancelled));
+    for (int i = 0; i < 400; ++i)
+      while (!node->push(simulated::Simulation::frame_at(i))) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     host.wait();
     EXPECT_TRUE(host.outcome->ok());
   }

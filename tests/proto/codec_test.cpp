@@ -102,27 +102,6 @@ TEST(Codec, StatusComesBackAsItWas) {
   }));
 }
 
-TEST(Codec, FeaturesComeBackToAThousandthOfAPixel) {
-  EXPECT_TRUE(rc::check([](std::uint64_t seed) {
-    Generator random(seed);
-    const NodeHeader header = testing::any_header(random);
-    const FeatureChunk a = testing::any_chunk(random);
-    const auto datagram = datagram_of(header, a);
-    RC_ASSERT(!datagram.empty());
-    const auto back = decode_node_datagram(datagram);
-    RC_ASSERT(back.has_value());
-    RC_ASSERT(std::holds_alternative<FeatureChunk>(back->content));
-    const auto& b = std::get<FeatureChunk>(back->content);
-    RC_ASSERT(a.stamp == b.stamp && a.camera == b.camera && a.sigma_px == b.sigma_px);
-    RC_ASSERT(a.features.size() == b.features.size());
-    for (std::size_t i = 0; i < a.features.size(); ++i) {
-      RC_ASSERT(a.features[i].point == b.features[i].point);
-      RC_ASSERT(std::abs(a.features[i].u - b.features[i].u) <= 0.0008f);
-      RC_ASSERT(std::abs(a.features[i].v - b.features[i].v) <= 0.0008f);
-    }
-  }));
-}
-
 TEST(Codec, AcknowledgementsComeBackAsTheyWere) {
   EXPECT_TRUE(rc::check([](std::uint64_t seed) {
     Generator random(seed);
@@ -181,12 +160,6 @@ TEST(Codec, TheLargestOfEveryMessageFitsADatagram) {
   EXPECT_TRUE(decode_node_datagram(largest_status).has_value());
   RecordProperty("largest_status_bytes", static_cast<int>(largest_status.size()));
 
-  FeatureChunk chunk;
-  chunk.stamp = stamp;
-  chunk.camera = kMost;
-  for (std::uint32_t i = 0; i < 96; ++i) chunk.features.push({(i + 1) * 170, -65536, 65536});
-  EXPECT_TRUE(decode_node_datagram(datagram_of(header, chunk)).has_value());
-
   Acknowledgement acknowledgement;
   acknowledgement.of = header.from;
   acknowledgement.session = acknowledgement.serial = ~std::uint64_t{0};
@@ -244,10 +217,9 @@ TEST(Codec, WhatBreaksABoundIsNotSent) {
   status.clock_state = ClockState::kUnknown;
   status.recording = static_cast<RecordState>(3);
   EXPECT_EQ(error_of(status), Errc::kInvalidArgument);
-  FeatureChunk chunk;
-  chunk.features.push({5, 0, 0});
-  chunk.features.push({5, 0, 0});
-  EXPECT_EQ(error_of(chunk), Errc::kInvalidArgument);
+  CoefficientFrame retired = good;
+  retired.status = static_cast<FrameStatus>(8);
+  EXPECT_EQ(error_of(retired), Errc::kInvalidArgument);
   EXPECT_EQ(encode(BootId{}, 0, good, buffer).error(), Errc::kInvalidArgument);
   EXPECT_EQ(encode(from, 0, good, std::span(buffer).first(20)).error(), Errc::kTooSmall);
   Acknowledgement acknowledgement = testing::any_acknowledgement(random);
