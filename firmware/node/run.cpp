@@ -139,7 +139,8 @@ RunReport NodeRun::report() {
 }
 
 proto::NodeStatus NodeRun::status_by(StatusMaker& maker, double seconds, bool stopping) const {
-  proto::NodeStatus status = maker.make(loop_, node_.recording.recorder.get(), node_.strobe.get(), seconds, stopping);
+  const StrobeCounters* strobe = node_.strobe ? &node_.strobe->counters() : nullptr;
+  proto::NodeStatus status = maker.make(loop_, node_.recording.recorder.get(), strobe, seconds, stopping);
   if (!node_.recording.refusal.empty()) status.recording = proto::RecordState::kStopped;
   return status;
 }

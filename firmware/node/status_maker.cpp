@@ -4,11 +4,10 @@
 #include <cmath>
 #include <sstream>
 
-#include "firmware/health/clock_health.hpp"
-
 namespace srd::firmware {
 
-StatusMaker::StatusMaker(std::string_view version, const Restart& restart) {
+StatusMaker::StatusMaker(std::string_view version, const Restart& restart, const HealthSources& sources)
+    : health_(sources.root), read_clock_(sources.clock) {
   using Software = decltype(constant_.software);
   using EndText = decltype(constant_.last_end);
   constant_.software = Software::make(version.substr(0, Software::kCapacity)).value_or(Software{});
@@ -16,8 +15,8 @@ StatusMaker::StatusMaker(std::string_view version, const Restart& restart) {
   constant_.restarts = restart.restarts;
 }
 
-proto::NodeStatus StatusMaker::make(const FrameLoop& loop, const FrameRecorder* recorder, const Strobe* strobe, double seconds,
-                                    bool stopping) {
+proto::NodeStatus StatusMaker::make(const FrameLoop& loop, const FrameRecorder* recorder, const StrobeCounters* strobe,
+                                    double seconds, bool stopping) {
   const FrameCounters& counters = loop.counters();
   proto::NodeStatus status = constant_;
   status.state =
@@ -35,7 +34,7 @@ proto::NodeStatus StatusMaker::make(const FrameLoop& loop, const FrameRecorder* 
   status.minor_faults = loop.capture_faults().minor() + loop.process_faults().minor();
   status.major_faults = loop.capture_faults().major() + loop.process_faults().major();
   status.bad_stamps = value_of(loop.camera_faults().bad_stamps);
-  if (strobe != nullptr) status.strobe_late = strobe->late();
+  if (strobe != nullptr) status.strobe_late = value_of(strobe->late);
   if (recorder != nullptr) {
     status.recording = recorder->stopped() ? proto::RecordState::kStopped : proto::RecordState::kRecording;
     status.recorded = recorder->recorded();
@@ -44,7 +43,7 @@ proto::NodeStatus StatusMaker::make(const FrameLoop& loop, const FrameRecorder* 
   const HealthReading board = health_.read();
   status.temperature_c = board.temperature_c;
   status.throttled = board.throttled;
-  const ClockHealth clock = read_clock_health();
+  const ClockHealth clock = read_clock_();
   status.clock_state = clock.state;
   status.clock_offset_ns = clock.offset_ns;
   status.clock_uncertainty_ns = clock.uncertainty_ns;
