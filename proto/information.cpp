@@ -7,7 +7,7 @@
 namespace srd::proto {
 namespace {
 
-constexpr double kMostEntry = 32767;
+constexpr double kMaxEntry = 32767;
 
 }  // namespace
 
@@ -35,13 +35,13 @@ bool quantise(const dsp::InformationMatrix<S>& information, InformationFactor& f
       most = std::max(most, std::abs(u[at(i, j)]));
     }
     // The diagonal entry, on which the deviations depend most, is a whole number of steps: it comes back exactly.
-    const double steps = std::floor(u[at(j, j)] / most * kMostEntry);
+    const double steps = std::floor(u[at(j, j)] / most * kMaxEntry);
     const auto scale = static_cast<float>(u[at(j, j)] / steps);
     if (steps < 1 || !std::isnormal(scale)) return false;
     factor.scale[static_cast<std::size_t>(j)] = scale;
     for (int i = 0; i <= j; ++i)
       factor.entries[at(i, j)] =
-          static_cast<std::int16_t>(std::clamp(std::round(u[at(i, j)] / static_cast<double>(scale)), -kMostEntry, kMostEntry));
+          static_cast<std::int16_t>(std::clamp(std::round(u[at(i, j)] / static_cast<double>(scale)), -kMaxEntry, kMaxEntry));
   }
   factor.size = n;
   return true;

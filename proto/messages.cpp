@@ -6,12 +6,12 @@
 namespace srd::proto {
 namespace {
 
-constexpr float kLeastLength = 1e-3f, kMostLength = 1e6f;  // mm
+constexpr float kMinLength = 1e-3f, kMaxLength = 1e6f;  // mm
 
 bool finite(float x) { return std::isfinite(x); }
 bool positive(float x) { return finite(x) && x > 0; }
-bool is_length(float x) { return x >= kLeastLength && x <= kMostLength; }
-bool is_place(float x) { return x >= -kMostLength && x <= kMostLength; }
+bool is_length(float x) { return x >= kMinLength && x <= kMaxLength; }
+bool is_place(float x) { return x >= -kMaxLength && x <= kMaxLength; }
 bool not_negative(float x) { return finite(x) && x >= 0; }
 
 bool valid(const Stamp& stamp) { return stamp.clock <= ClockId::kRecording; }
@@ -86,7 +86,7 @@ bool valid(const CoefficientFrame& frame) {
   return valid(frame.stamp) && valid(frame.status) && n > 0 && is_length(frame.model.lx) && is_length(frame.model.ly) &&
          is_place(frame.model.x0) && is_place(frame.model.y0) && frame.refractive_index >= 1 && frame.refractive_index <= 2 &&
          is_place(frame.centre_x_mm) && is_place(frame.centre_y_mm) && not_negative(frame.pattern_x_mm) &&
-         frame.pattern_x_mm <= kMostLength && not_negative(frame.pattern_y_mm) && frame.pattern_y_mm <= kMostLength &&
+         frame.pattern_x_mm <= kMaxLength && not_negative(frame.pattern_y_mm) && frame.pattern_y_mm <= kMaxLength &&
          (coefficients == 0 || coefficients == n) && frame.coefficients.allFinite() && valid(frame.information) &&
          (frame.information.size == 0 || frame.information.size == coefficients) &&
          frame.metric <= dsp::Metric::kCollinearity && not_negative(frame.mean_error) &&

@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kMostPixels = 1e6;
+constexpr double kMaxPixels = 1e6;
 
 Outcome<int> image_side(const cv::FileNode& root, const fs::path& file, const std::string& key) {
   const cv::FileNode node = root[key];
@@ -23,7 +23,7 @@ Outcome<int> image_side(const cv::FileNode& root, const fs::path& file, const st
   const std::string expected = "a whole number of px from 1 to 1000000";
   if (!node.isInt()) return wrong_key(file, key, expected, "something else");
   const int side = static_cast<int>(node);
-  if (side < 1 || side > static_cast<int>(kMostPixels)) return wrong_key(file, key, expected, std::to_string(side));
+  if (side < 1 || side > static_cast<int>(kMaxPixels)) return wrong_key(file, key, expected, std::to_string(side));
   return side;
 }
 
@@ -59,7 +59,7 @@ Outcome<Calibration> calibration_of(const cv::FileNode& root, const fs::path& fi
     return wrong_key(file, kKey, expected, std::to_string(shape.rows) + " x " + std::to_string(shape.columns));
   const std::vector<double>& m = *k;
   const bool pinhole = m[1] == 0 && m[3] == 0 && m[6] == 0 && m[7] == 0 && m[8] == 1;
-  if (!pinhole || !(m[0] > 0) || !(m[4] > 0) || std::max({m[0], m[4], std::abs(m[2]), std::abs(m[5])}) > kMostPixels)
+  if (!pinhole || !(m[0] > 0) || !(m[4] > 0) || std::max({m[0], m[4], std::abs(m[2]), std::abs(m[5])}) > kMaxPixels)
     return wrong_key(file, kKey, expected, list_text(m));
 
   Calibration calibration;

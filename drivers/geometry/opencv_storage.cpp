@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostBytes = std::size_t{1} << 22;
+constexpr std::size_t kMaxBytes = std::size_t{1} << 22;
 constexpr int kDeepest = 16;  // of brackets: OpenCV's parser recurses on them
 
 bool too_deep(const std::string& text) {
@@ -40,7 +40,7 @@ std::string list_text(const std::vector<double>& numbers) {
 
 Outcome<void> read_storage(const fs::path& file, const std::string& expected,
                            const std::function<Outcome<void>(const cv::FileNode& root)>& read) {
-  Outcome<std::string> text = read_text_file(file, expected, kMostBytes);
+  Outcome<std::string> text = read_text_file(file, expected, kMaxBytes);
   if (!text) return text.error();
   const std::string advice = "write the file with 'srd calibrate' or with OpenCV's FileStorage";
   const std::string contents = expected + " of OpenCV FileStorage, beginning with %YAML, <?xml or {";

@@ -27,7 +27,7 @@ Outcome<Points> read_points(const fs::path& file) {
     bool good = fields.size() == 3;
     for (std::size_t i = 0; good && i < 3; ++i) {
       const std::optional<double> x = parse_number<double>(fields[i]);
-      good = x && std::abs(*x) <= kMostMm;
+      good = x && std::abs(*x) <= kMaxMm;
       if (good) xyz[i] = *x + 0.0;  // -0 and 0 are one place
     }
     if (!good)

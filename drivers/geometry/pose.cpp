@@ -36,7 +36,7 @@ Outcome<dsp::Pose<double>> pose_of(const cv::FileNode& root, const fs::path& fil
   if (t->size() != 3 || (shape.rows != 1 && shape.columns != 1))
     return wrong_key(file, kTranslationKey, lengths, std::to_string(shape.rows) + " x " + std::to_string(shape.columns));
   for (const double x : *t)
-    if (std::abs(x) > kMostMm) return wrong_key(file, kTranslationKey, lengths + ", each within 1 km", list_text(*t));
+    if (std::abs(x) > kMaxMm) return wrong_key(file, kTranslationKey, lengths + ", each within 1 km", list_text(*t));
   dsp::Pose<double> pose;
   pose.translation = Eigen::Map<const dsp::Vec3<double>>(t->data());
   // A matrix that is a rotation to the last bits keeps them: writing and reading gives the same numbers.

@@ -82,7 +82,7 @@ int header_number(FileReader& file) {
   int number = -1;
   for (; c >= '0' && c <= '9'; c = file.get()) {
     number = std::max(number, 0) * 10 + (c - '0');
-    if (number > kMostSide) return -1;
+    if (number > kMaxSide) return -1;
   }
   return c >= 0 && std::isspace(c) != 0 ? number : -1;
 }

@@ -30,7 +30,7 @@ void keep_quiet(png_structp, png_const_charp) {}
 bool read_rows(png_structp png, png_infop info, std::FILE* file, GrayImage& image) {
   if (setjmp(png_jmpbuf(png)) != 0) return false;  // NOLINT: libpng's way
   png_init_io(png, file);
-  png_set_user_limits(png, kMostSide, kMostSide);
+  png_set_user_limits(png, kMaxSide, kMaxSide);
   png_read_info(png, info);
   const png_byte colour = png_get_color_type(png, info);
   png_set_expand(png);

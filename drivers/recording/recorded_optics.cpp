@@ -14,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kThickestMm = 1000;
-constexpr double kMostIndex = 3;
+constexpr double kMaxIndex = 3;
 
 // With a point, so that TOML keeps it a real number.
 std::string real(double x) {
@@ -39,7 +39,7 @@ std::optional<dsp::SurfaceModel<double>> read_model(TomlTable& surface) {
   if (names && (!list || modes.size() != names->size()))
     surface.complain("modes", "1 to " + std::to_string(dsp::kMaxModes) + " different modes such as A00, B, C, A21",
                      std::to_string(names->size()) + " names, of which " + std::to_string(modes.size()) + " are modes");
-  const NumberRange length{1e-3, kMostMm, "mm"}, place{-kMostMm, kMostMm, "mm"};
+  const NumberRange length{1e-3, kMaxMm, "mm"}, place{-kMaxMm, kMaxMm, "mm"};
   dsp::SurfaceModel<double> model;
   model.lx = required(surface, "lx_mm", length, "length scale Lx, mm");
   model.ly = required(surface, "ly_mm", length, "length scale Ly, mm");
@@ -58,7 +58,7 @@ Plates read_plates(TomlTable& table) {
     if (!plate.has("thickness_mm")) plate.missing("thickness_mm", "the plate's thickness, mm");
     if (!plate.has("index")) plate.missing("index", "the plate's refractive index");
     plates.push_back({plate.number("thickness_mm", {0, kThickestMm, "mm"}).value_or(0),
-                      plate.number("index", {1, kMostIndex, ""}).value_or(1)});
+                      plate.number("index", {1, kMaxIndex, ""}).value_or(1)});
   }
   if (plates.size() > dsp::kMaxLayers) {
     table.complain("plate", "at most " + std::to_string(dsp::kMaxLayers) + " plates", std::to_string(plates.size()));
@@ -81,7 +81,7 @@ Outcome<Plates> parse_plates(std::span<const std::string> texts, const std::stri
     const auto fields = split_commas(text);
     const auto thickness = fields.size() == 2 ? parse_number<double>(trimmed(fields[0])) : std::nullopt;
     const auto index = fields.size() == 2 ? parse_number<double>(trimmed(fields[1])) : std::nullopt;
-    if (!thickness || !index || !(*thickness > 0 && *thickness <= kThickestMm) || !(*index >= 1 && *index <= kMostIndex))
+    if (!thickness || !index || !(*thickness > 0 && *thickness <= kThickestMm) || !(*index >= 1 && *index <= kMaxIndex))
       return Problem{Exit::kUsage, option + " is no plate",
                      "",           "THICKNESS,INDEX: above 0 to 1000 mm, and 1 to 3",
                      text,         option + " 12,1.49 for 12 mm of acrylic"};

@@ -18,7 +18,7 @@ namespace srd {
 
 namespace {
 
-constexpr unsigned kMostListed = 40;  // lines in a message
+constexpr unsigned kMaxListed = 40;  // lines in a message
 
 // gpiochip0, gpiochip1, .. of the folder in the order of their numbers.
 std::vector<std::string> chip_paths(const std::filesystem::path& devices) {
@@ -49,10 +49,10 @@ std::string lines_text(const GpioChip& chip) {
   for (unsigned offset = 0; offset < chip.line_count(); ++offset) {
     GpioLineInfo info;
     if (!chip.line(offset, info) || info.name.empty()) continue;
-    if (++named > kMostListed) continue;
+    if (++named > kMaxListed) continue;
     text += (listed++ == 0 ? "" : ", ") + std::to_string(offset) + " \"" + info.name + "\"" + (info.used ? " (in use)" : "");
   }
-  if (named > kMostListed) text += ", and " + std::to_string(named - kMostListed) + " more";
+  if (named > kMaxListed) text += ", and " + std::to_string(named - kMaxListed) + " more";
   return "lines 0 to " + std::to_string(static_cast<int>(chip.line_count()) - 1) +
          (text.empty() ? ", without names" : ": " + text);
 }

@@ -46,14 +46,14 @@ struct PhaseLockCounts {
 
 class PhaseLock {
  public:
-  static constexpr int kWindow = 8;                  // stamps of the first line
-  static constexpr int kLeastInliers = 6;            // of them on the line
-  static constexpr int kLockFrames = 10;             // stamps in the recursion before it counts as locked
-  static constexpr int kSteadyFrames = 31;           // where the least-squares gains reach the steady ones
-  static constexpr int kMostRejected = 4;            // in a row: the rate has changed
-  static constexpr int kMostSlips = 2;               // in a row; more: the rate has fallen to a part
-  static constexpr std::int64_t kMostMissed = 4096;  // frames that holdover lasts
-  static constexpr std::int64_t kLeastPeriodNs = 100'000, kMostPeriodNs = 10'000'000'000;
+  static constexpr int kWindow = 8;                 // stamps of the first line
+  static constexpr int kMinInliers = 6;             // of them on the line
+  static constexpr int kLockFrames = 10;            // stamps in the recursion before it counts as locked
+  static constexpr int kSteadyFrames = 31;          // where the least-squares gains reach the steady ones
+  static constexpr int kMaxRejected = 4;            // in a row: the rate has changed
+  static constexpr int kMaxSlips = 2;               // in a row; more: the rate has fallen to a part
+  static constexpr std::int64_t kMaxMissed = 4096;  // frames that holdover lasts
+  static constexpr std::int64_t kMinPeriodNs = 100'000, kMaxPeriodNs = 10'000'000'000;
   // Stamps closer than this to their prediction are never outliers: interrupt latency of an idle kernel.
   static constexpr std::int64_t kGateFloorNs = 20'000;
   // How much a period may wander while nothing is seen: a crystal's temperature drift over seconds, with room.
@@ -71,12 +71,12 @@ class PhaseLock {
   // now_ns: of the stamps' clock.
   [[nodiscard]] LockState state(std::int64_t now_ns) const {
     if (!tracking_) {
-      const bool stale = filled_ == 0 || now_ns - window_[static_cast<std::size_t>(filled_ - 1)].ns > kMostPeriodNs;
+      const bool stale = filled_ == 0 || now_ns - window_[static_cast<std::size_t>(filled_ - 1)].ns > kMaxPeriodNs;
       return stale ? LockState::kUnlocked : LockState::kAcquiring;
     }
     const std::int64_t missed = (now_ns - phase_ns_) / (period_q16_ >> 16);
-    if (missed > kMostMissed) return LockState::kUnlocked;
-    if (frames_ < kLockFrames || rejected_in_a_row_ >= kMostRejected) return LockState::kAcquiring;
+    if (missed > kMaxMissed) return LockState::kUnlocked;
+    if (frames_ < kLockFrames || rejected_in_a_row_ >= kMaxRejected) return LockState::kAcquiring;
     // A frame may be read out and handed over for a whole period before its stamp is here.
     return missed > 2 ? LockState::kHoldover : LockState::kLocked;
   }
@@ -84,7 +84,7 @@ class PhaseLock {
   // Exposures have indices that grow by one; they start anew with every line fitted (generation()).
   [[nodiscard]] std::uint64_t generation() const { return counts_.locks; }
   [[nodiscard]] std::int64_t index() const { return index_; }  // of the last stamp
-  // Within kMostMissed of index().
+  // Within kMaxMissed of index().
   [[nodiscard]] std::int64_t predict_ns(std::int64_t index) const {
     return phase_ns_ + shift_rounded((index - index_) * period_q16_ + fraction_q16_, 16);
   }
@@ -93,19 +93,19 @@ class PhaseLock {
   }
   // The first exposure stamped at or after a time.
   [[nodiscard]] std::int64_t index_from(std::int64_t time_ns) const {
-    const std::int64_t apart = std::clamp((time_ns - phase_ns_) / (period_q16_ >> 16), -kMostMissed, kMostMissed);
+    const std::int64_t apart = std::clamp((time_ns - phase_ns_) / (period_q16_ >> 16), -kMaxMissed, kMaxMissed);
     std::int64_t index = index_ + apart - 1;
-    while (predict_ns(index) < time_ns && index < index_ + kMostMissed) ++index;
+    while (predict_ns(index) < time_ns && index < index_ + kMaxMissed) ++index;
     return index;
   }
   [[nodiscard]] std::int64_t period_ns() const { return shift_rounded(period_q16_, 16); }
   // One standard deviation of a stamp about its prediction, as seen lately.
   [[nodiscard]] std::int64_t jitter_ns() const { return jitter_ns_q8_ >> 8; }
   // One standard deviation of predict_ns: the jitter that the loop lets through, and the period's wander since.
-  // kMostPeriodNs without a line.
+  // kMaxPeriodNs without a line.
   [[nodiscard]] std::int64_t uncertainty_ns(std::int64_t index) const {
-    if (!tracking_) return kMostPeriodNs;
-    const std::int64_t ahead = std::clamp<std::int64_t>(index - index_, 0, kMostMissed);
+    if (!tracking_) return kMaxPeriodNs;
+    const std::int64_t ahead = std::clamp<std::int64_t>(index - index_, 0, kMaxMissed);
     const std::int64_t root_q20 = dsp::isqrt(static_cast<std::uint64_t>(spread_q20(ahead)) << 20);
     return ((jitter_ns() * root_q20) >> 20) + ahead * period_ns() / 1'000'000 * kWanderPerMillion;
   }
@@ -146,7 +146,7 @@ class PhaseLock {
     if (filled_ > 0) {
       const Stamp& last = window_[static_cast<std::size_t>(filled_ - 1)];
       const bool follows = sequence > last.sequence && stamp_ns > last.ns;
-      if (!follows || stamp_ns - last.ns > 4 * kMostPeriodNs || sequence - last.sequence > 64) filled_ = 0;
+      if (!follows || stamp_ns - last.ns > 4 * kMaxPeriodNs || sequence - last.sequence > 64) filled_ = 0;
     }
     if (filled_ == kWindow) {
       std::copy(window_.begin() + 1, window_.end(), window_.begin());
@@ -164,7 +164,7 @@ class PhaseLock {
       slopes[i] = ((window_[i + kHalf].ns - window_[i].ns) << 16) /
                   static_cast<std::int64_t>(window_[i + kHalf].sequence - window_[i].sequence);
     const std::int64_t period_q16 = median(slopes);
-    if (period_q16 >> 16 < kLeastPeriodNs || period_q16 >> 16 > kMostPeriodNs) return false;
+    if (period_q16 >> 16 < kMinPeriodNs || period_q16 >> 16 > kMaxPeriodNs) return false;
     std::array<std::int64_t, kWindow> residual{}, away{};
     for (std::size_t i = 0; i < kWindow; ++i)
       residual[i] = window_[i].ns - window_[0].ns -
@@ -173,12 +173,12 @@ class PhaseLock {
     for (std::size_t i = 0; i < kWindow; ++i) away[i] = std::abs(residual[i] - middle);
     const std::int64_t scatter = median(away);
     const std::int64_t gate = std::min(std::max(kGateFloorNs, 6 * scatter), period_q16 >> 19);
-    if (std::count_if(away.begin(), away.end(), [&](std::int64_t a) { return a <= gate; }) < kLeastInliers) return false;
+    if (std::count_if(away.begin(), away.end(), [&](std::int64_t a) { return a <= gate; }) < kMinInliers) return false;
 
     frames_ = 0;
     rejected_in_a_row_ = slips_in_a_row_ = 0;
     period_q16_ = period_q16;
-    jitter_ns_q8_ = std::max<std::int64_t>(scatter * 3 / 2, kLeastJitterNs) << 8;
+    jitter_ns_q8_ = std::max<std::int64_t>(scatter * 3 / 2, kMinJitterNs) << 8;
     ++counts_.locks;
     for (std::size_t i = 0; i < kWindow; ++i) {
       if (away[i] > gate) {
@@ -201,7 +201,7 @@ class PhaseLock {
   void track(std::uint64_t sequence, std::int64_t stamp_ns) {
     const std::int64_t period = period_ns();
     const std::uint64_t gap = sequence - last_sequence_;
-    if (gap > static_cast<std::uint64_t>(kMostMissed) || (stamp_ns - phase_ns_) / period > kMostMissed) {
+    if (gap > static_cast<std::uint64_t>(kMaxMissed) || (stamp_ns - phase_ns_) / period > kMaxMissed) {
       filled_ = 0;
       restart(sequence, stamp_ns);
       return;
@@ -213,7 +213,7 @@ class PhaseLock {
     const std::int64_t slip = (error + period / 2) / period;
     if (std::abs(error) <= gate) {
       slips_in_a_row_ = 0;
-    } else if (slip > 0 && frames + slip <= kMostMissed && rejected_in_a_row_ == 0 && slips_in_a_row_ < kMostSlips &&
+    } else if (slip > 0 && frames + slip <= kMaxMissed && rejected_in_a_row_ == 0 && slips_in_a_row_ < kMaxSlips &&
                std::abs(error - slip * period) <= gate) {
       ++slips_in_a_row_;
       counts_.slips += static_cast<std::uint64_t>(slip);
@@ -247,7 +247,7 @@ class PhaseLock {
       phase_q16 += error_q16 / 8;
       period_q16_ += error_q16 / 256 / frames;
     }
-    period_q16_ = std::clamp(period_q16_, kLeastPeriodNs << 16, kMostPeriodNs << 16);
+    period_q16_ = std::clamp(period_q16_, kMinPeriodNs << 16, kMaxPeriodNs << 16);
     phase_ns_ += phase_q16 >> 16;
     fraction_q16_ = phase_q16 & 0xffff;
     index_ += frames;
@@ -255,12 +255,12 @@ class PhaseLock {
     if (n > 2) {  // two stamps lie on their line
       // Mean |e| of a normal distribution is 4/5 of its standard deviation.
       const std::int64_t seen_q8 = (std::abs(error_q16) >> 8) * 5 / 4;
-      jitter_ns_q8_ = std::max(jitter_ns_q8_ + (seen_q8 - jitter_ns_q8_) / 32, kLeastJitterNs << 8);
+      jitter_ns_q8_ = std::max(jitter_ns_q8_ + (seen_q8 - jitter_ns_q8_) / 32, kMinJitterNs << 8);
     }
     ++counts_.accepted;
   }
 
-  static constexpr std::int64_t kLeastJitterNs = 100;  // of any clock's reading
+  static constexpr std::int64_t kMinJitterNs = 100;  // of any clock's reading
 
   std::array<Stamp, kWindow> window_{};
   int filled_ = 0;

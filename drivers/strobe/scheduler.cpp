@@ -91,7 +91,7 @@ void StrobeScheduler::follow(std::int64_t now_ns) noexcept {
     next_ = lock_.index_from(from - on_offset_ns_);
     generation_ = lock_.generation();
     planned_ = true;
-    // Its record has no neighbour in the one before, which may be seconds old: a gap in the slots says so.
+    // Its pulse has no neighbour in the one before, which may be seconds old: a gap in the slots says so.
     if (slot_ > 0) ++slot_;
   }
   if (!planned_ || 3 * lock_.uncertainty_ns(next_) > trust_ns_) {
@@ -100,14 +100,14 @@ void StrobeScheduler::follow(std::int64_t now_ns) noexcept {
     return;
   }
 
-  PulseRecord record;
+  StrobePulse pulse;
   const std::int64_t stamp = lock_.predict_ns(next_);
   const std::int64_t on = stamp + on_offset_ns_;
-  record.slot = slot_;
-  record.sequence = lock_.sequence_of(next_);
-  record.stamp_ns = stamp + sensor_offset_ns_;
+  pulse.slot = slot_;
+  pulse.sequence = lock_.sequence_of(next_);
+  pulse.stamp_ns = stamp + sensor_offset_ns_;
   if (!timing_.pattern.lit(slot_)) {
-    record.phase = StrobePhase::kDark;
+    pulse.phase = StrobePhase::kDark;
     raise(counters_.dark);
   } else if (now_ns > on + lock_.period_ns()) {  // stopped for longer than an exposure
     raise(counters_.skipped);
@@ -116,10 +116,10 @@ void StrobeScheduler::follow(std::int64_t now_ns) noexcept {
     clock_.sleep_until(std::min(on - kSettleNs, now_ns + kSliceNs));
     return;  // stamps that came meanwhile are used
   } else {
-    flash(on, stamp + timing_.window_end_ns, kNever, record);
+    flash(on, stamp + timing_.window_end_ns, kNever, pulse);
   }
   last_on_ns_ = on;
-  emit(record);
+  emit(pulse);
   ++next_;
   ++slot_;
 }
@@ -158,21 +158,21 @@ void StrobeScheduler::trigger(std::int64_t now_ns) noexcept {
   last_on_ns_ = at;
   const std::int64_t stamp = now + timing_.stamp_after_trigger_ns;
   watch_.triggered(stamp);
-  PulseRecord record;
-  record.slot = slot_++;
-  record.stamp_ns = stamp + sensor_offset_ns_;
+  StrobePulse pulse;
+  pulse.slot = slot_++;
+  pulse.stamp_ns = stamp + sensor_offset_ns_;
   ++next_;
-  const bool lit = strobe_ != nullptr && timing_.pattern.lit(record.slot);
+  const bool lit = strobe_ != nullptr && timing_.pattern.lit(pulse.slot);
   if (strobe_ != nullptr && !lit) {
-    record.phase = StrobePhase::kDark;
+    pulse.phase = StrobePhase::kDark;
     raise(counters_.dark);
   }
-  flash(lit ? stamp + on_offset_ns_ : kNever, stamp + timing_.window_end_ns, now + timing_.trigger_pulse_ns, record);
-  emit(record);
+  flash(lit ? stamp + on_offset_ns_ : kNever, stamp + timing_.window_end_ns, now + timing_.trigger_pulse_ns, pulse);
+  emit(pulse);
 }
 
 void StrobeScheduler::flash(std::int64_t on_ns, std::int64_t light_end_ns, std::int64_t trigger_off_ns,
-                            PulseRecord& record) noexcept {
+                            StrobePulse& pulse) noexcept {
   std::int64_t off_ns = kNever, began_ns = 0;
   while (on_ns != kNever || off_ns != kNever || trigger_off_ns != kNever) {
     clock_.sleep_until(std::min({on_ns, off_ns, trigger_off_ns}));
@@ -187,7 +187,7 @@ void StrobeScheduler::flash(std::int64_t on_ns, std::int64_t light_end_ns, std::
       if (lasted > timing_.max_pulse_ns) raise(counters_.overlong);
       if (ended + timing_.delay_ns > light_end_ns) raise(counters_.spilled);
       if (lasted > counters_.longest_ns.load(std::memory_order_relaxed)) set(counters_.longest_ns, lasted);
-      record.off_ns = now + (ended - now) / 2 + timing_.delay_ns + sensor_offset_ns_;
+      pulse.off_ns = now + (ended - now) / 2 + timing_.delay_ns + sensor_offset_ns_;
     }
     if (trigger_off_ns <= now) {
       trigger_->set(false);
@@ -208,18 +208,18 @@ void StrobeScheduler::flash(std::int64_t on_ns, std::int64_t light_end_ns, std::
         const std::int64_t switched = clock_.now_ns();
         began_ns = now;
         off_ns = now + timing_.pulse_ns;
-        record.phase = StrobePhase::kLit;
-        record.planned_on_ns = light_begin;
-        record.planned_off_ns = light_begin + timing_.pulse_ns;
-        record.on_ns = now + (switched - now) / 2 + timing_.delay_ns + sensor_offset_ns_;
+        pulse.phase = StrobePhase::kLit;
+        pulse.planned_on_ns = light_begin;
+        pulse.planned_off_ns = light_begin + timing_.pulse_ns;
+        pulse.on_ns = now + (switched - now) / 2 + timing_.delay_ns + sensor_offset_ns_;
         raise(counters_.pulses);
       }
     }
   }
 }
 
-void StrobeScheduler::emit(const PulseRecord& record) noexcept {
-  if (!records_.try_push(record)) raise(counters_.unread);
+void StrobeScheduler::emit(const StrobePulse& pulse) noexcept {
+  if (!pulses_.try_push(pulse)) raise(counters_.unread);
 }
 
 }  // namespace srd

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Decides when light falls and makes it fall then: pulses in step with a camera (follow), or a camera in step with the
-// wall clock (trigger). One thread steps it; stamps come in and pulse records go out through rings. While it steps: no
+// wall clock (trigger). One thread steps it; stamps come in and pulses go out through rings. While it steps: no
 // heap, no lock, no floating point.
 #pragma once
 
@@ -11,8 +11,8 @@
 #include "drivers/strobe/lateness_histogram.hpp"
 #include "drivers/strobe/line.hpp"
 #include "drivers/strobe/phase_lock.hpp"
-#include "drivers/strobe/pulse_record.hpp"
 #include "drivers/strobe/strobe_clock.hpp"
+#include "drivers/strobe/strobe_pulse.hpp"
 #include "drivers/strobe/trigger_watch.hpp"
 #include "drivers/strobe/wall_grid.hpp"
 #include "dsp/core/spsc_ring.hpp"
@@ -48,7 +48,7 @@ struct StrobeCounters {
   std::atomic<std::uint64_t> triggers_missed{0};  // without a frame
   std::atomic<std::uint64_t> untriggered{0};      // frames without a trigger
   std::atomic<std::uint64_t> wall_steps{0};       // steps of the wall clock; the grid was found again
-  std::atomic<std::uint64_t> unread{0};           // records that nobody took
+  std::atomic<std::uint64_t> unread{0};           // pulses that nobody took
   std::atomic<LockState> lock{LockState::kUnlocked};
   std::atomic<std::uint64_t> rejected{0}, slips{0}, locks{0};  // of the phase lock
   std::atomic<std::int64_t> period_ns{0}, jitter_ns{0}, uncertainty_ns{0};
@@ -74,7 +74,7 @@ class StrobeScheduler {
 
   // --- the thread that labels frames ---
   // One for each exposure, ascending.
-  [[nodiscard]] SpscRing<PulseRecord>& records() { return records_; }
+  [[nodiscard]] SpscRing<StrobePulse>& pulses() { return pulses_; }
 
   // --- the strobe's thread ---
   // Takes stamps, then sleeps a slice or makes the next pulse.
@@ -102,15 +102,15 @@ class StrobeScheduler {
   void follow(std::int64_t now_ns) noexcept;
   void trigger(std::int64_t now_ns) noexcept;
   // Switches on at on_ns and off again, and the trigger off, each in its turn. light_end_ns: the window's.
-  void flash(std::int64_t on_ns, std::int64_t light_end_ns, std::int64_t trigger_off_ns, PulseRecord& record) noexcept;
-  void emit(const PulseRecord& record) noexcept;
+  void flash(std::int64_t on_ns, std::int64_t light_end_ns, std::int64_t trigger_off_ns, StrobePulse& pulse) noexcept;
+  void emit(const StrobePulse& pulse) noexcept;
 
   StrobeTiming timing_;
   OutputLine* strobe_;
   OutputLine* trigger_;
   StrobeClock& clock_;
   SpscRing<StrobeStamp> stamps_{kRing};
-  SpscRing<PulseRecord> records_{kRing};
+  SpscRing<StrobePulse> pulses_{kRing};
   StrobeCounters counters_;
   LatenessHistogram lateness_;
   std::atomic<bool> stopping_{false};

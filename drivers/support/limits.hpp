@@ -4,7 +4,7 @@
 
 namespace srd {
 
-inline constexpr int kMostSide = 65535;  // of an image, px
-inline constexpr double kMostMm = 1e6;   // of a length or a place
+inline constexpr int kMaxSide = 65535;  // of an image, px
+inline constexpr double kMaxMm = 1e6;   // of a length or a place
 
 }  // namespace srd

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The time that a frame may take: how the solver, which has no clock, learns that it is up. One thread per object.
+// Per-frame time budget, given to the solver as a callback, since dsp/ has no clock. One thread per object.
 #pragma once
 
 #include <chrono>

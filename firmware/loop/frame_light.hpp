@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the frame loop asks of whoever lights its frames: one pointer in its options.
+// Strobe interface of the frame loop: captured() on the capture thread, label() on the process thread.
 #pragma once
 
 #include "drivers/camera/camera.hpp"

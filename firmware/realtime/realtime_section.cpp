@@ -7,10 +7,10 @@ namespace srd::firmware {
 
 namespace {
 
-constexpr double kMostCpu = 1023;
+constexpr double kMaxCpu = 1023;
 
 void read_cpus(TomlTable& table, const char* key, std::vector<int>& out) {
-  const auto numbers = table.numbers(key, 0, {0, kMostCpu});
+  const auto numbers = table.numbers(key, 0, {0, kMaxCpu});
   if (!numbers) return;
   for (const double number : *numbers) {
     if (number != std::floor(number)) {

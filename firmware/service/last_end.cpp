@@ -21,8 +21,8 @@ constexpr std::string_view kKilled = "ended without a word: killed, or the power
 constexpr std::array kFatal{SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
 
 // For the handler: everything is put together beforehand.
-constexpr std::size_t kMostPath = 4096;
-std::array<char, kMostPath> handler_file{}, handler_temporary{};
+constexpr std::size_t kMaxPath = 4096;
+std::array<char, kMaxPath> handler_file{}, handler_temporary{};
 std::array<char, 16> handler_count{};  // "12\n"
 
 // The whole file at once or not at all, with calls that a signal handler may make.
@@ -55,7 +55,7 @@ void on_fatal(int signal, siginfo_t* info, void*) {
 }
 
 std::string printable(std::string_view text) {
-  std::string out(text.substr(0, LastEnd::kMostText));
+  std::string out(text.substr(0, LastEnd::kMaxText));
   for (char& c : out)
     if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) >= 0x7F) c = ' ';
   return out;
@@ -113,7 +113,7 @@ void LastEnd::clear() const {
 
 void LastEnd::catch_fatal_signals() const {
   const std::string temporary = file_.string() + ".new", count = std::to_string(restarts_) + "\n";
-  if (file_.empty() || temporary.size() >= kMostPath) return;
+  if (file_.empty() || temporary.size() >= kMaxPath) return;
   std::strcpy(handler_file.data(), file_.c_str());
   std::strcpy(handler_temporary.data(), temporary.c_str());
   std::strcpy(handler_count.data(), count.c_str());

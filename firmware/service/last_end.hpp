@@ -14,7 +14,7 @@ namespace srd::firmware {
 
 class LastEnd {
  public:
-  static constexpr std::size_t kMostText = 95;  // bytes; what a status has room for
+  static constexpr std::size_t kMaxText = 95;  // bytes; what a status has room for
 
   // STATE_DIRECTORY as systemd gives it (the first of several), empty without.
   [[nodiscard]] static std::filesystem::path service_folder();
@@ -29,7 +29,7 @@ class LastEnd {
   // Starts in a row that followed an abnormal end; 0: the first one.
   [[nodiscard]] std::uint32_t restarts() const { return restarts_; }
 
-  // This run ends abnormally: the reason, cut to kMostText, control characters as spaces.
+  // This run ends abnormally: the reason, cut to kMaxText, control characters as spaces.
   void write(std::string_view reason) const;
   // This run ends as it should.
   void clear() const;

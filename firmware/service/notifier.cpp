@@ -7,8 +7,8 @@ namespace srd::firmware {
 
 namespace {
 
-// A manager that does not listen is none of the node's business.
-void tell(const std::string& state) { (void)::sd_notify(0, state.c_str()); }
+// The result is ignored: without systemd there is no listener.
+void notify(const std::string& state) { (void)::sd_notify(0, state.c_str()); }
 
 }  // namespace
 
@@ -17,9 +17,9 @@ ServiceNotifier::ServiceNotifier() {
   if (::sd_watchdog_enabled(0, &interval_us) > 0) watchdog_ns_ = static_cast<std::int64_t>(interval_us) * 1000;
 }
 
-void ServiceNotifier::ready() const { tell("READY=1"); }
-void ServiceNotifier::stopping() const { tell("STOPPING=1"); }
-void ServiceNotifier::status(const std::string& line) const { tell("STATUS=" + line); }
-void ServiceNotifier::alive() const { tell("WATCHDOG=1"); }
+void ServiceNotifier::ready() const { notify("READY=1"); }
+void ServiceNotifier::stopping() const { notify("STOPPING=1"); }
+void ServiceNotifier::status(const std::string& line) const { notify("STATUS=" + line); }
+void ServiceNotifier::alive() const { notify("WATCHDOG=1"); }
 
 }  // namespace srd::firmware

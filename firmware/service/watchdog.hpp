@@ -16,7 +16,7 @@ class FrameWatchdog {
     bool disconnected = false;  // the camera is
   };
 
-  // interval_ns: within which somebody expects a sign of life; 0: nobody. period_ns: between two frames of this camera;
+  // interval_ns: within which the service manager expects a sign of life; 0: it expects none. period_ns: between two frames of this camera;
   // 0: it has no pace of its own, as one that waits for triggers, or a recording.
   FrameWatchdog(std::int64_t interval_ns, std::int64_t period_ns)
       : interval_ns_(interval_ns), may_be_silent_(period_ns == 0 || period_ns > interval_ns / 4) {}
@@ -29,10 +29,10 @@ class FrameWatchdog {
     frames_ = progress.frames;
     calls_ = progress.calls;
     // A quarter of the time: one that is late is still in time.
-    if (!moved_ || (said_ && now_ns - said_ns_ < interval_ns_ / 4)) return false;
+    if (!moved_ || (alive_sent_ && now_ns - alive_ns_ < interval_ns_ / 4)) return false;
     moved_ = false;
-    said_ = true;
-    said_ns_ = now_ns;
+    alive_sent_ = true;
+    alive_ns_ = now_ns;
     return true;
   }
 
@@ -41,8 +41,8 @@ class FrameWatchdog {
   bool may_be_silent_;
   std::uint64_t frames_ = 0, calls_ = 0;
   bool moved_ = true;  // the start counts
-  bool said_ = false;
-  std::int64_t said_ns_ = 0;
+  bool alive_sent_ = false;
+  std::int64_t alive_ns_ = 0;
 };
 
 }  // namespace srd::firmware

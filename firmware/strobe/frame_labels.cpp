@@ -16,29 +16,29 @@ void raise(std::atomic<std::uint64_t>& counter) {
 
 }  // namespace
 
-void FrameLabels::add(const PulseRecord& record) noexcept {
-  // A gap in the slots: records were lost on the way, and what is older does not connect.
-  if (newest_ < 0 || record.slot != newest_ + 1) oldest_ = record.slot;
-  newest_ = record.slot;
-  oldest_ = std::max(oldest_, newest_ - kRecords + 1);
-  records_[static_cast<std::size_t>(record.slot % kRecords)] = record;
+void FrameLabels::add(const StrobePulse& pulse) noexcept {
+  // A gap in the slots: pulses were lost on the way, and what is older does not connect.
+  if (newest_ < 0 || pulse.slot != newest_ + 1) oldest_ = pulse.slot;
+  newest_ = pulse.slot;
+  oldest_ = std::max(oldest_, newest_ - kPulses + 1);
+  pulses_[static_cast<std::size_t>(pulse.slot % kPulses)] = pulse;
 }
 
-const PulseRecord* FrameLabels::at(std::int64_t slot) const {
+const StrobePulse* FrameLabels::at(std::int64_t slot) const {
   if (newest_ < 0 || slot < oldest_ || slot > newest_) return nullptr;
-  return &records_[static_cast<std::size_t>(slot % kRecords)];
+  return &pulses_[static_cast<std::size_t>(slot % kPulses)];
 }
 
-const PulseRecord* FrameLabels::nearest(std::int64_t stamp_ns) const {
+const StrobePulse* FrameLabels::nearest(std::int64_t stamp_ns) const {
   // Frames come soon after their pulses: from the newest one back.
   std::int64_t slot = newest_;
   while (at(slot) != nullptr && at(slot)->stamp_ns > stamp_ns) --slot;
-  const PulseRecord *before = at(slot), *after = at(slot + 1);
+  const StrobePulse *before = at(slot), *after = at(slot + 1);
   if (before == nullptr && after == nullptr) return nullptr;
   const bool later = before == nullptr || (after != nullptr && after->stamp_ns - stamp_ns < stamp_ns - before->stamp_ns);
-  const PulseRecord* found = later ? after : before;
-  // An exposure's own record is less than half an exposure away.
-  const PulseRecord* beside = at(found->slot - 1) != nullptr ? at(found->slot - 1) : at(found->slot + 1);
+  const StrobePulse* found = later ? after : before;
+  // An exposure's own pulse is less than half an exposure away.
+  const StrobePulse* beside = at(found->slot - 1) != nullptr ? at(found->slot - 1) : at(found->slot + 1);
   if (beside == nullptr) return nullptr;
   const std::int64_t period = std::abs(beside->stamp_ns - found->stamp_ns);
   return std::abs(found->stamp_ns - stamp_ns) * 2 < period ? found : nullptr;
@@ -46,7 +46,7 @@ const PulseRecord* FrameLabels::nearest(std::int64_t stamp_ns) const {
 
 FrameLabels::Levels FrameLabels::levels() const {
   Levels levels;
-  if (seen_count_ < kLeastFrames) return levels;
+  if (seen_count_ < kMinFrames) return levels;
   levels.lit_q4 = levels.dark_q4 = seen_[0].mean_q4;
   for (int i = 0; i < seen_count_; ++i) {
     levels.lit_q4 = std::max(levels.lit_q4, seen_[static_cast<std::size_t>(i)].mean_q4);
@@ -73,10 +73,10 @@ int FrameLabels::disagreements(int shift, const Levels& levels, int& known) cons
   known = 0;
   for (int i = 0; i < seen_count_; ++i) {
     const Seen& seen = seen_[static_cast<std::size_t>(i)];
-    const PulseRecord* record = at(seen.slot + shift);
-    if (record == nullptr) continue;
+    const StrobePulse* pulse = at(seen.slot + shift);
+    if (pulse == nullptr) continue;
     ++known;
-    if ((record->phase == StrobePhase::kLit) != levels.lit(seen.mean_q4)) ++wrong;
+    if ((pulse->phase == StrobePhase::kLit) != levels.lit(seen.mean_q4)) ++wrong;
   }
   return wrong;
 }
@@ -88,7 +88,7 @@ void FrameLabels::resync(const Levels& levels, std::int64_t slot) noexcept {
   for (int distance = 0; distance < pattern_.length; ++distance)
     for (const int shift : {-distance, distance}) {
       if (at(slot + shift) == nullptr || disagreements(shift, levels, known) > 0 ||
-          known < std::max(kLeastFrames, 2 * pattern_.length - 1))
+          known < std::max(kMinFrames, 2 * pattern_.length - 1))
         continue;
       shift_ = shift;
       raise(counters_.resyncs);
@@ -98,7 +98,7 @@ void FrameLabels::resync(const Levels& levels, std::int64_t slot) noexcept {
 
 void FrameLabels::label(CameraFrame& frame) noexcept {
   frame.strobe = StrobePhase::kUnstrobed;
-  const PulseRecord* own = nearest(frame.time_ns);
+  const StrobePulse* own = nearest(frame.time_ns);
   // A stamp that is far off may be nearest to the exposure of the frame before: a pulse lights one frame.
   if (own == nullptr || own->slot <= last_slot_) {
     raise(counters_.unlabelled);
@@ -111,8 +111,8 @@ void FrameLabels::label(CameraFrame& frame) noexcept {
   seen_count_ = std::min(seen_count_ + 1, kWindow);
   const Levels levels = this->levels();
 
-  const PulseRecord* record = shift_ == 0 ? own : at(own->slot + shift_);
-  bool lit = record != nullptr && record->phase == StrobePhase::kLit;
+  const StrobePulse* pulse = shift_ == 0 ? own : at(own->slot + shift_);
+  bool lit = pulse != nullptr && pulse->phase == StrobePhase::kLit;
   // Only a pattern with both says what an image should look like.
   if (levels.apart && pattern_.has_dark()) {
     counters_.lit_level.store(levels.lit_q4, std::memory_order_relaxed);
@@ -121,13 +121,13 @@ void FrameLabels::label(CameraFrame& frame) noexcept {
     if (bright != lit) {
       raise(counters_.mislabelled);
       resync(levels, own->slot);
-      record = at(own->slot + shift_);
+      pulse = at(own->slot + shift_);
       lit = bright;
     }
   }
   if (lit) {
     frame.strobe = StrobePhase::kLit;
-    if (record != nullptr && record->phase == StrobePhase::kLit) frame.time_ns = record->middle_ns();
+    if (pulse != nullptr && pulse->phase == StrobePhase::kLit) frame.time_ns = pulse->middle_ns();
     raise(counters_.lit);
     if (!pattern_.has_dark()) {
       const int level = counters_.lit_level.load(std::memory_order_relaxed);
@@ -135,8 +135,8 @@ void FrameLabels::label(CameraFrame& frame) noexcept {
     }
     return;
   }
-  const bool on_purpose = record != nullptr && record->phase == StrobePhase::kDark;
-  raise(on_purpose || record == nullptr ? counters_.dark : counters_.unlit);
+  const bool on_purpose = pulse != nullptr && pulse->phase == StrobePhase::kDark;
+  raise(on_purpose || pulse == nullptr ? counters_.dark : counters_.unlit);
   // A pulse that was left out by necessity may still have left light enough.
   const int level = counters_.lit_level.load(std::memory_order_relaxed);
   if (on_purpose || (level > 0 && mean + difference_q4_ <= level)) frame.strobe = StrobePhase::kDark;

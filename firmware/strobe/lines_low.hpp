@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The strobe's lines switched off by somebody else than the node that used them: after one that was killed.
+// Drives the strobe and trigger lines low from another process, after an srd-node that was killed.
 #pragma once
 
 #include "drivers/support/problem.hpp"

@@ -58,10 +58,10 @@ void Strobe::captured(const CameraFrame& frame) noexcept {
 }
 
 void Strobe::label(CameraFrame& frame) noexcept {
-  SpscRing<PulseRecord>& records = scheduler_.records();
-  while (const PulseRecord* record = records.front()) {
-    labels_.add(*record);
-    records.pop();
+  SpscRing<StrobePulse>& pulses = scheduler_.pulses();
+  while (const StrobePulse* pulse = pulses.front()) {
+    labels_.add(*pulse);
+    pulses.pop();
   }
   // Triggers without a strobe say nothing of light.
   if (strobe_ != nullptr) labels_.label(frame);

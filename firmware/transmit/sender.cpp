@@ -229,17 +229,17 @@ void Sender::release_done() {
 // Oldest first, or nearly: the host can record nothing before the oldest. After an outage the list is long, and a frame
 // that was lost again belongs to its front, a new one to its end; the walk to its place is short and bounded.
 void Sender::link_overdue(std::uint32_t index) {
-  constexpr int kMostSteps = 256;
+  constexpr int kMaxSteps = 256;
   FrameSlot& slot = store_.at(index);
   const std::uint64_t sequence = store_.sequence_at(index);
   std::uint32_t successor = first_in_flight_;
   if (slot.resent) {
     successor = list_head_;
-    for (int i = 0; i < kMostSteps && successor != first_in_flight_ && store_.sequence_at(successor) < sequence; ++i)
+    for (int i = 0; i < kMaxSteps && successor != first_in_flight_ && store_.sequence_at(successor) < sequence; ++i)
       successor = store_.at(successor).after;
   } else {
     const auto last_before = [this](std::uint32_t s) { return s == FrameSlot::kNone ? list_tail_ : store_.at(s).before; };
-    for (int i = 0; i < kMostSteps; ++i) {
+    for (int i = 0; i < kMaxSteps; ++i) {
       const std::uint32_t before = last_before(successor);
       if (before == FrameSlot::kNone || store_.sequence_at(before) < sequence) break;
       successor = before;

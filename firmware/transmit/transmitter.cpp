@@ -11,7 +11,7 @@ namespace srd::firmware {
 namespace {
 
 constexpr std::chrono::milliseconds kTurn{2};
-constexpr int kMostPerTurn = 32;                    // datagrams: a burst that the host's socket buffer holds
+constexpr int kMaxPerTurn = 32;                     // datagrams: a burst that the host's socket buffer holds
 constexpr std::chrono::seconds kAgain{1};           // between two tries to reach the host, or to learn its address
 constexpr std::int64_t kRefusedAgain = 50'000'000;  // ns; the least time at an address where nobody listens
 constexpr std::int64_t kSilent = 5'000'000'000;     // ns; before the others of a host that was heard are tried
@@ -127,7 +127,7 @@ void Transmitter::take_records(std::int64_t now) {
 
 void Transmitter::send_due(std::int64_t now) {
   if (!socket_) return;
-  for (int i = 0; i < kMostPerTurn; ++i) {
+  for (int i = 0; i < kMaxPerTurn; ++i) {
     const auto datagram = sender_.next(now);
     if (datagram.empty()) return;
     // What the system does not take counts as lost on the way.
@@ -144,7 +144,7 @@ void Transmitter::receive(std::int64_t now) {
   }
   std::array<std::uint8_t, proto::kMaxDatagram> buffer;
   std::chrono::nanoseconds wait = kTurn;
-  for (int i = 0; i < kMostPerTurn; ++i) {
+  for (int i = 0; i < kMaxPerTurn; ++i) {
     const std::ptrdiff_t size = socket_->receive(buffer, wait);
     if (size < 0) return;
     wait = std::chrono::nanoseconds(0);

@@ -69,7 +69,7 @@ double required(TomlTable& table, std::string_view key, const NumberRange& range
 }
 
 std::optional<PatternExtent> read_extent(TomlTable& table) {
-  const NumberRange range{-kMostMm, kMostMm, "mm"};
+  const NumberRange range{-kMaxMm, kMaxMm, "mm"};
   const auto x = table.numbers("pattern_x", 2, range);
   const auto y = table.numbers("pattern_y", 2, range);
   if (table.has("pattern_x") != table.has("pattern_y"))
@@ -92,7 +92,7 @@ Outcome<ModelFile> read(const TomlFile& file) {
     node.node = name.value_or("");
     if (name && model_file.find(*name) != nullptr) table.complain("name", "every node once", "\"" + *name + "\" twice");
     node.model.modes = read_modes(table).value_or(dsp::ModeList{});
-    const NumberRange length{1e-3, kMostMm, "mm"}, place{-kMostMm, kMostMm, "mm"};
+    const NumberRange length{1e-3, kMaxMm, "mm"}, place{-kMaxMm, kMaxMm, "mm"};
     node.model.lx = required(table, "lx", length, "length scale Lx, mm");
     node.model.ly = required(table, "ly", length, "length scale Ly, mm");
     node.model.x0 = required(table, "x0", place, "model origin X0, mm");

@@ -13,7 +13,7 @@
 #include "drivers/support/csv_table.hpp"
 #include "host/coefficients/columns.hpp"
 #include "host/coefficients/row_writer.hpp"
-#include "host/listen/recorded.hpp"
+#include "host/listen/frames_in_file.hpp"
 #include "proto/plain_word.hpp"
 
 namespace srd::host {
@@ -84,19 +84,19 @@ fs::path CoefficientFile::beside(const std::string& part) const {
 }
 
 Outcome<std::unique_ptr<CoefficientFile>> CoefficientFile::open(const fs::path& file, OpenMode mode) {
-  std::unique_ptr<CoefficientFile> record(new CoefficientFile(file, mode));
+  std::unique_ptr<CoefficientFile> made(new CoefficientFile(file, mode));
   std::error_code ignored;
   if (mode == OpenMode::kAppend) {
     if (fs::exists(file, ignored))
-      if (const auto done = record->take_over(file); !done) return done.error();
-    for (const fs::path& further : record->further_files())
-      if (const auto done = record->take_over(further); !done) return done.error();
-  } else if (const auto further = record->further_files(); mode == OpenMode::kNew && !further.empty()) {
+      if (const auto done = made->take_over(file); !done) return done.error();
+    for (const fs::path& further : made->further_files())
+      if (const auto done = made->take_over(further); !done) return done.error();
+  } else if (const auto further = made->further_files(); mode == OpenMode::kNew && !further.empty()) {
     return exists_already(further.front());
   }
-  if (record->files_.empty())
-    if (const auto done = record->open_file(file, record->files_[""]); !done) return done.error();
-  return record;
+  if (made->files_.empty())
+    if (const auto done = made->open_file(file, made->files_[""]); !done) return done.error();
+  return made;
 }
 
 // Files beside this one that a node with another list of modes would get: run.A00-B-C.csv.
@@ -109,8 +109,8 @@ std::vector<fs::path> CoefficientFile::further_files() const {
     const fs::path stem = entry.path().stem();  // run.A00-B-C
     if (entry.path().extension() != path_.extension() || stem.stem() != path_.stem()) continue;
     if (name == path_.filename()) continue;
-    const auto recorded = read_recorded(entry.path());
-    if (recorded.ok() && recorded->modes && stem.extension() == "." + joined(*recorded->modes, "-"))
+    const auto present = read_frames_in_file(entry.path());
+    if (present.ok() && present->modes && stem.extension() == "." + joined(*present->modes, "-"))
       found.push_back(path_.has_parent_path() ? folder / name : fs::path(name));
   }
   return found;
@@ -118,11 +118,11 @@ std::vector<fs::path> CoefficientFile::further_files() const {
 
 // Reads which frames a file has, cuts off a torn last line and opens it.
 Outcome<void> CoefficientFile::take_over(const fs::path& path) {
-  auto recorded = read_recorded(path);
-  if (!recorded) return recorded.error();
-  File& file = files_[recorded->modes ? joined(*recorded->modes, "-") : ""];
+  auto present = read_frames_in_file(path);
+  if (!present) return present.error();
+  File& file = files_[present->modes ? joined(*present->modes, "-") : ""];
   if (const auto done = open_file(path, file); !done) return done;
-  if (::ftruncate(file.fd.get(), static_cast<off_t>(recorded->whole_bytes)) != 0)
+  if (::ftruncate(file.fd.get(), static_cast<off_t>(present->whole_bytes)) != 0)
     return failed(path, "cut off the torn last line", errno);
   if (std::error_code ignored; fs::exists(model_file_path(path), ignored)) {
     // One that cannot be read is written anew with the next boot's first row.
@@ -131,8 +131,8 @@ Outcome<void> CoefficientFile::take_over(const fs::path& path) {
     else
       notes_.push_back(models.error().text());
   }
-  for (auto& [boot, frames] : recorded->frames)
-    for (const proto::SequenceRange& range : frames.ranges()) recorded_[boot].add(range);
+  for (auto& [boot, frames] : present->frames)
+    for (const proto::SequenceRange& range : frames.ranges()) in_file_[boot].add(range);
   return {};
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The record of a run as CSV. A row is safe once flush() has returned: the file's bytes are on the disk (fdatasync).
+// The coefficient file of a run, CSV. A row is safe once flush() has returned: the file's bytes are on the disk (fdatasync).
 //
 // One file has one list of modes. The first list that comes goes to the file that was asked for; a node with another list
 // gets a file of its own beside it: run.csv, run.A00-B-C.csv. What a row does not say (lengths, origin, index of
@@ -26,7 +26,7 @@ enum class OpenMode : std::uint8_t { kNew, kReplace, kAppend };
 
 class CoefficientFile final : public FrameSink {
  public:
-  // kNew: kUsage when there is such a file already. kAppend: kInput when it is there and is no record.
+  // kNew: kUsage when there is such a file already. kAppend: kInput when it is there and is no coefficient file.
   // What cannot be written: kDevice.
   [[nodiscard]] static Outcome<std::unique_ptr<CoefficientFile>> open(const std::filesystem::path& file, OpenMode mode);
 
@@ -35,7 +35,7 @@ class CoefficientFile final : public FrameSink {
   [[nodiscard]] Outcome<void> flush() override;
 
   // What the files had when they were opened.
-  [[nodiscard]] const std::map<proto::BootId, SequenceSet>& recorded() const { return recorded_; }
+  [[nodiscard]] const std::map<proto::BootId, SequenceSet>& frames_in_file() const { return in_file_; }
   [[nodiscard]] std::vector<std::filesystem::path> files() const;
   // What a person should know at the end.
   [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
@@ -62,7 +62,7 @@ class CoefficientFile final : public FrameSink {
   OpenMode mode_;
   std::map<std::string, File> files_;  // by joined names of modes; "" until the first file knows its own
   std::vector<std::string> notes_;
-  std::map<proto::BootId, SequenceSet> recorded_;
+  std::map<proto::BootId, SequenceSet> in_file_;
 };
 
 }  // namespace srd::host

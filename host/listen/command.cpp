@@ -63,7 +63,7 @@ class TerminalLine {
 int run(ListenOptions options) {
   const StopSignals signals;
   TerminalLine terminal;
-  options.say = [&](const std::string& text) { terminal.say(text); };
+  options.notify = [&](const std::string& text) { terminal.say(text); };
   if (::isatty(STDERR_FILENO) == 1) options.show = [&](const std::string& line) { terminal.show(line); };
   options.listening = [&](const Address& address) {
     if (options.show) terminal.say("listening on " + address.text());
@@ -82,13 +82,13 @@ void add_listen_command(CLI::App& app, int& exit_code) {
     bool append = false, force = false;
   };
   auto given = std::make_shared<Given>();
-  CLI::App* command = app.add_subcommand("listen", "Receive the frames of any number of nodes and record them");
+  CLI::App* command = app.add_subcommand("listen", "Receive the frames of any number of nodes and write their coefficients");
   command->add_option("--bind", given->options.bind, "Address to listen on (ADDR:PORT)")->capture_default_str();
   command->add_option("--csv", given->options.csv, "Record to write; frames are acknowledged once they are in it");
   command->add_option("--count", given->options.count, "End after so many rows")->check(CLI::PositiveNumber);
   command->add_option("--for", given->options.seconds, "End after so many seconds")->check(CLI::PositiveNumber);
-  auto* append = command->add_flag("--append", given->append, "Go on with an existing record; no frame is recorded twice");
-  auto* force = command->add_flag("--force", given->force, "Write an existing record anew");
+  auto* append = command->add_flag("--append", given->append, "Go on with an existing file; no frame is written twice");
+  auto* force = command->add_flag("--force", given->force, "Write an existing file anew");
   append->excludes(force)->needs("--csv");
   force->needs("--csv");
   command->footer(

@@ -13,7 +13,7 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr milliseconds kTurn{5};
-constexpr int kMostPerTurn = 256;  // datagrams between two looks at what is due
+constexpr int kMaxPerTurn = 256;  // datagrams between two looks at what is due
 constexpr std::int64_t kSecond = 1'000'000'000;
 constexpr std::int64_t kShowEvery = kSecond / 5;
 
@@ -56,7 +56,7 @@ struct Listener {
     std::array<std::uint8_t, proto::kMaxDatagram> buffer;
     Address from;
     std::chrono::nanoseconds wait = kTurn;
-    for (int i = 0; i < kMostPerTurn && !session.has_all_rows(); ++i) {
+    for (int i = 0; i < kMaxPerTurn && !session.has_all_rows(); ++i) {
       const std::ptrdiff_t size = socket.receive(buffer, wait, &from);
       if (size < 0) break;
       wait = std::chrono::nanoseconds(0);
@@ -68,7 +68,7 @@ struct Listener {
     send(*answers);
     const auto& shared = session.receiver().shared_ids();
     for (; shared_told < shared.size(); ++shared_told)
-      options.say("warning: " + shared_id_text(session.receiver(), shared[shared_told]));
+      options.notify("warning: " + shared_id_text(session.receiver(), shared[shared_told]));
     const std::int64_t now = steady_ns();
     if (options.show && now - shown_ns >= kShowEvery) {
       options.show(status_line(session, rate.update(session.rows(), now)));
@@ -91,9 +91,9 @@ Outcome<void> listen(const ListenOptions& options, const std::atomic<bool>& stop
   auto socket = UdpSocket::bind(*address);
   if (!socket) return socket.error();
   if (!address->is_loopback())
-    options.say("warning: " + socket->local().text() +
-                ": without a key anyone on this network can send frames; nothing proves which node they are from");
-  std::unique_ptr<CoefficientFile> record;
+    options.notify("warning: " + socket->local().text() +
+                   ": without a key anyone on this network can send frames; nothing proves which node they are from");
+  std::unique_ptr<CoefficientFile> csv;
   std::vector<FrameSink*> sinks = options.further_sinks;
   SurfaceCount surfaces;
   sinks.push_back(&surfaces);
@@ -104,9 +104,9 @@ Outcome<void> listen(const ListenOptions& options, const std::atomic<bool>& stop
   if (!options.csv.empty()) {
     auto opened = CoefficientFile::open(options.csv, options.open);
     if (!opened) return opened.error();
-    record = std::move(*opened);
-    session_options.recorded = record->recorded();
-    sinks.push_back(record.get());
+    csv = std::move(*opened);
+    session_options.in_file = csv->frames_in_file();
+    sinks.push_back(csv.get());
   }
   if (options.listening) options.listening(socket->local());
 
@@ -126,14 +126,14 @@ Outcome<void> listen(const ListenOptions& options, const std::atomic<bool>& stop
   if (!answers) return answers.error();
   for (int i = 0; i < 3; ++i) listener.send(*answers);  // nobody asks again
 
-  options.say(summary_table(session));
-  for (const std::string& note : surfaces.notes()) options.say("note: " + note);
-  if (record)
-    for (const std::string& note : record->notes()) options.say("note: " + note);
-  if (record && record->files().size() > 1) {
+  options.notify(summary_table(session));
+  for (const std::string& note : surfaces.notes()) options.notify("note: " + note);
+  if (csv)
+    for (const std::string& note : csv->notes()) options.notify("note: " + note);
+  if (csv && csv->files().size() > 1) {
     std::string files = "nodes with different modes have files of their own:";
-    for (const auto& file : record->files()) files += " " + file.string();
-    options.say(files);
+    for (const auto& file : csv->files()) files += " " + file.string();
+    options.notify(files);
   }
   return {};
 }

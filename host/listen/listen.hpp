@@ -20,12 +20,12 @@ struct ListenOptions {
   std::string bind = "127.0.0.1:47810";
   std::filesystem::path csv{};  // empty: no file; frames are acknowledged and only shown
   OpenMode open = OpenMode::kNew;
-  std::uint64_t count = 0;                          // rows after which to end; 0: no end
-  double seconds = 0;                               // after which to end; 0: no end
-  std::vector<FrameSink*> further_sinks{};          // get every frame too; outlive the call
-  std::function<void(const std::string&)> say{};    // a line for a person (warnings, summary): stderr
-  std::function<void(const std::string&)> show{};   // the line that is rewritten; none: no terminal
-  std::function<void(const Address&)> listening{};  // told once the socket is open
+  std::uint64_t count = 0;                           // rows after which to end; 0: no end
+  double seconds = 0;                                // after which to end; 0: no end
+  std::vector<FrameSink*> further_sinks{};           // get every frame too; outlive the call
+  std::function<void(const std::string&)> notify{};  // a line for a person (warnings, summary): stderr
+  std::function<void(const std::string&)> show{};    // the line that is rewritten; none: no terminal
+  std::function<void(const Address&)> listening{};   // told once the socket is open
 };
 
 // Runs until count, seconds or stop; then waits up to a second for gaps that live nodes still fill, flushes and acknowledges.

@@ -14,10 +14,10 @@ using proto::NodeStatus;
 Source* Receiver::source_of(const proto::NodeHeader& header, std::int64_t now) {
   const auto found = sources_.find(header.from);
   if (found != sources_.end()) return &found->second;
-  if (sources_.size() >= kMostSources) return nullptr;
-  SequenceSet recorded;
-  if (const auto before = recorded_.find(header.from); before != recorded_.end()) recorded = std::move(before->second);
-  Source source{.stream = Stream(std::move(recorded), header.oldest_held),
+  if (sources_.size() >= kMaxSources) return nullptr;
+  SequenceSet in_file;
+  if (const auto before = in_file_.find(header.from); before != in_file_.end()) in_file = std::move(before->second);
+  Source source{.stream = Stream(std::move(in_file), header.oldest_held),
                 .address = {},
                 .first_heard_ns = now,
                 .order = heard_sources_++};
@@ -57,7 +57,7 @@ void Receiver::receive(std::span<const std::uint8_t> datagram, const Address& fr
   source->ended = false;
   if (auto* frame = std::get_if<CoefficientFrame>(&message->content)) {
     source->next_sequence = std::max(source->next_sequence, header.sequence + 1);
-    stream.take(header.sequence, std::move(*frame), waiting_ < kMostWaiting);
+    stream.take(header.sequence, std::move(*frame), waiting_ < kMaxWaiting);
     stream.give_up_below(header.oldest_held);
   } else if (const auto* status = std::get_if<NodeStatus>(&message->content)) {
     source->next_sequence = std::max(source->next_sequence, header.sequence);

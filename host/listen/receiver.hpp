@@ -2,7 +2,7 @@
 // The host's half of the delivery: datagrams in, frames in order and acknowledgements out, for any number of nodes.
 //
 // A state machine without socket, clock or file: time is an argument (ns, any steady clock). The caller takes ready frames,
-// writes them, flushes its record and only then asks for acknowledgements: they say that all frames taken so far are safe.
+// writes them, flushes its coefficient file and only then asks for acknowledgements: they say that all frames taken so far are safe.
 // Memory is bounded whatever comes: so many boots, so many frames waiting behind gaps. One thread.
 #pragma once
 
@@ -41,17 +41,17 @@ struct ReceiverCounts {
 
 class Receiver {
  public:
-  static constexpr std::size_t kMostSources = 256;
-  static constexpr std::size_t kMostWaiting = 32768;
+  static constexpr std::size_t kMaxSources = 256;
+  static constexpr std::size_t kMaxWaiting = 32768;
   // An older boot of a node that has come back with a new one, silent for so long, is over: its gaps are lost.
   static constexpr std::int64_t kSupersededAfter = 5'000'000'000;
 
   // A node that has come back measures no more under its old boot; so long after, nothing of it is under way either.
   static constexpr std::int64_t kOldBootIsSilentAfter = 2'000'000'000;
 
-  // recorded: what the record has already, by boot. session: random.
-  Receiver(std::map<proto::BootId, SequenceSet> recorded, std::uint64_t session)
-      : recorded_(std::move(recorded)), session_(session) {}
+  // in_file: what the coefficient file has already, by boot. session: random.
+  Receiver(std::map<proto::BootId, SequenceSet> in_file, std::uint64_t session)
+      : in_file_(std::move(in_file)), session_(session) {}
 
   void receive(std::span<const std::uint8_t> datagram, const Address& from, std::int64_t now);
 
@@ -60,7 +60,7 @@ class Receiver {
     std::uint64_t sequence = 0;
     const proto::CoefficientFrame* frame = nullptr;  // until pop_ready or receive
   };
-  // The next frame to record; pop_ready when it is written.
+  // The next frame to write; pop_ready when it is written.
   [[nodiscard]] std::optional<Ready> ready();
   void pop_ready();
 
@@ -82,7 +82,7 @@ class Receiver {
   Source* source_of(const proto::NodeHeader& header, std::int64_t now);
   void look_for_namesake(const proto::BootId& id, Source& source, std::int64_t now);
 
-  std::map<proto::BootId, SequenceSet> recorded_;
+  std::map<proto::BootId, SequenceSet> in_file_;
   std::map<proto::BootId, Source> sources_;
   std::uint64_t session_;
   std::uint64_t serial_ = 0;

@@ -11,7 +11,7 @@ namespace srd::host {
 Session::Session(SessionOptions options, std::vector<FrameSink*> sinks)
     : options_(std::move(options)),
       sinks_(std::move(sinks)),
-      receiver_(std::exchange(options_.recorded, {}), options_.session) {}
+      receiver_(std::exchange(options_.in_file, {}), options_.session) {}
 
 void Session::receive(std::span<const std::uint8_t> datagram, const Address& from) {
   receiver_.receive(datagram, from, options_.clock());

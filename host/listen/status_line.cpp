@@ -106,7 +106,7 @@ std::string status_line(const Session& session, double rate_hz) {
       "%zu %s  %" PRIu64 " frames  %.0f/s  missing %" PRIu64 "  lost %" PRIu64 "  resent %" PRIu64 "  duplicates %" PRIu64,
       nodes.size(), nodes.size() == 1 ? "node" : "nodes", session.rows(), rate_hz, missing, lost, resent, duplicates);
   if (std::isfinite(session.last_height_mm())) line += formatted("  height %.2f mm", session.last_height_mm());
-  constexpr std::size_t kMostNodes = 2;
+  constexpr std::size_t kMaxNodes = 2;
   float hottest = -std::numeric_limits<float>::infinity();
   std::vector<std::string> worried;
   for (const auto& [node, source] : present(session.receiver())) {
@@ -115,8 +115,8 @@ std::string status_line(const Session& session, double rate_hz) {
       worried.push_back(std::string(node.view()) + ": " + joined(words));
   }
   if (std::isfinite(hottest)) line += formatted("  %.0f C", static_cast<double>(hottest));
-  for (std::size_t i = 0; i < std::min(worried.size(), kMostNodes); ++i) line += "  " + worried[i];
-  if (worried.size() > kMostNodes) line += formatted("  and %zu nodes more", worried.size() - kMostNodes);
+  for (std::size_t i = 0; i < std::min(worried.size(), kMaxNodes); ++i) line += "  " + worried[i];
+  if (worried.size() > kMaxNodes) line += formatted("  and %zu nodes more", worried.size() - kMaxNodes);
   return line;
 }
 
@@ -142,7 +142,7 @@ std::string summary_table(const Session& session) {
                      receiver.counts().rejected);
   if (receiver.counts().no_room > 0)
     out += formatted("%" PRIu64 " datagrams came from more nodes than are kept (%zu)\n", receiver.counts().no_room,
-                     Receiver::kMostSources);
+                     Receiver::kMaxSources);
   return out;
 }
 

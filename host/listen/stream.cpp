@@ -7,8 +7,8 @@ namespace srd::host {
 
 using proto::SequenceRange;
 
-Stream::Stream(SequenceSet recorded, std::uint64_t oldest_held)
-    : start_(recorded.empty() ? oldest_held : recorded.ranges().front().begin), known_(std::move(recorded)) {}
+Stream::Stream(SequenceSet in_file, std::uint64_t oldest_held)
+    : start_(in_file.empty() ? oldest_held : in_file.ranges().front().begin), known_(std::move(in_file)) {}
 
 void Stream::take(std::uint64_t sequence, proto::CoefficientFrame frame, bool room) {
   if (sequence < start_ || known_.contains(sequence)) {
@@ -16,8 +16,8 @@ void Stream::take(std::uint64_t sequence, proto::CoefficientFrame frame, bool ro
     return;
   }
   const bool waits = sequence != known_.first_missing(start_);
-  if (waits && (!room || waiting_.size() >= kMostWaiting || known_.ranges().size() >= kMostRanges)) {
-    // The earlier a frame, the sooner it can be recorded: the latest one that waits has to come again.
+  if (waits && (!room || waiting_.size() >= kMaxWaiting || known_.ranges().size() >= kMaxRanges)) {
+    // The earlier a frame, the sooner it can be written: the latest one that waits has to come again.
     ++counts_.refused;
     if (waiting_.empty() || sequence > waiting_.rbegin()->first) return;
     known_.remove(waiting_.rbegin()->first);
@@ -36,7 +36,7 @@ void Stream::lose(SequenceRange range) {
                                       [](const SequenceRange& r, std::uint64_t begin) { return r.end < begin; });
   if (after != lost_.end() && after->end == range.begin)
     after->end = range.end;
-  else if (lost_.size() < kMostLostRanges)
+  else if (lost_.size() < kMaxLostRanges)
     lost_.insert(after, range);
 }
 

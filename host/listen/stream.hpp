@@ -14,7 +14,7 @@
 namespace srd::host {
 
 struct StreamCounts {
-  std::uint64_t delivered = 0;   // given to the record
+  std::uint64_t delivered = 0;   // given to the sink
   std::uint64_t duplicates = 0;  // came again after they were here
   std::uint64_t late = 0;        // came after a later one: reordered or sent again
   std::uint64_t lost = 0;        // can never come
@@ -24,13 +24,13 @@ struct StreamCounts {
 class Stream {
  public:
   // Frames that wait behind a gap, at most; 1.2 KB each.
-  static constexpr std::size_t kMostWaiting = 8192;
+  static constexpr std::size_t kMaxWaiting = 8192;
   // Pieces that the set of known frames may fall into.
-  static constexpr std::size_t kMostRanges = 16384;
-  static constexpr std::size_t kMostLostRanges = 1024;
+  static constexpr std::size_t kMaxRanges = 16384;
+  static constexpr std::size_t kMaxLostRanges = 1024;
 
-  // recorded: what the record has already. oldest_held: from the first datagram; frames below are not waited for.
-  Stream(SequenceSet recorded, std::uint64_t oldest_held);
+  // in_file: what the coefficient file has already. oldest_held: from the first datagram; frames below are not waited for.
+  Stream(SequenceSet in_file, std::uint64_t oldest_held);
 
   // room: whether a frame that must wait may be kept.
   void take(std::uint64_t sequence, proto::CoefficientFrame frame, bool room = true);
@@ -51,21 +51,21 @@ class Stream {
 
   // All below are delivered or lost.
   [[nodiscard]] std::uint64_t delivered_below() const;
-  // Fills first_missing, known_end, missing; all delivered frames are in the record, flushed.
+  // Fills first_missing, known_end, missing; all delivered frames are in the coefficient file, flushed.
   void describe(proto::Acknowledgement& out) const;
 
   // Frames that are missing below the newest known one.
   [[nodiscard]] std::uint64_t missing() const;
   [[nodiscard]] std::size_t waiting() const { return waiting_.size(); }
   [[nodiscard]] const StreamCounts& counts() const { return counts_; }
-  // Ascending; at most kMostLostRanges, the rest is only counted.
+  // Ascending; at most kMaxLostRanges, the rest is only counted.
   [[nodiscard]] const std::vector<proto::SequenceRange>& lost_ranges() const { return lost_; }
 
  private:
   void lose(proto::SequenceRange range);
 
   std::uint64_t start_;
-  SequenceSet known_;  // recorded, delivered, waiting or lost
+  SequenceSet known_;  // in the file, delivered, waiting or lost
   std::map<std::uint64_t, proto::CoefficientFrame> waiting_;
   std::vector<proto::SequenceRange> lost_;
   StreamCounts counts_;

@@ -78,7 +78,7 @@ class Reader {
   // Keys that have no effect here: results do not depend on threads, derivatives are exact, no window is opened.
   void ignore() {
     for (const char* key : {"ThreadAmount", "ShowCorners", "DiffStep"}) values_.know({key});
-    for (int camera = 1; camera <= kMostCameras; ++camera)
+    for (int camera = 1; camera <= kMaxCameras; ++camera)
       for (const char* key : {"InputDirectory", "InputReference", "InputInitial", "InputFeatures", "CalibrationFile",
                               "OutputCameraPose", "OutputDirectory", "Position"})
         values_.know(numbered(key, camera));
@@ -216,7 +216,7 @@ class Reader {
 
   void cameras() {
     const std::vector<const char*> inputs = {"INPUT"}, anywhere = {"INPUT", "RESULTS"}, frames = {"DATA", "INPUT", "RESULTS"};
-    const int count = integer(kCameras, {1, kMostCameras, "cameras"}, "1, 2 or 3");
+    const int count = integer(kCameras, {1, kMaxCameras, "cameras"}, "1, 2 or 3");
     for (int i = 1; i <= count; ++i) {
       CameraSettings camera;
       camera.calibration = input_path(numbered("CalibrationFile", i), "the camera's calibration file", inputs);

@@ -19,7 +19,7 @@ enum class Dialect { kGuide, k2016, k2017 };
 
 // The refractive index both of OpenSRD's codes are built with; its settings carry none.
 inline constexpr double kPublishedIndex = 1.336;
-inline constexpr int kMostCameras = 3;
+inline constexpr int kMaxCameras = 3;
 
 struct CameraSettings {
   std::filesystem::path calibration;     // .yml

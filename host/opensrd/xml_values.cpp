@@ -11,7 +11,7 @@ namespace srd::host::opensrd {
 
 namespace {
 
-constexpr std::size_t kMostBytes = std::size_t{1} << 20;
+constexpr std::size_t kMaxBytes = std::size_t{1} << 20;
 const std::string kExpected = "an OpenSRD settings file: XML with <opencv_storage><Settings>";
 
 std::string lower(std::string text) {
@@ -76,7 +76,7 @@ std::optional<std::vector<double>> parse_numbers(std::string_view text) {
 }
 
 Outcome<XmlValues> XmlValues::load(const std::filesystem::path& file) {
-  const Outcome<std::string> text = read_text_file(file, kExpected, kMostBytes);
+  const Outcome<std::string> text = read_text_file(file, kExpected, kMaxBytes);
   if (!text) return text.error();
   return parse(*text, file);
 }

@@ -8,7 +8,7 @@
 namespace srd::host {
 namespace {
 
-constexpr std::size_t kLeastSteps = 8, kMostSteps = std::size_t{1} << 24U;
+constexpr std::size_t kMinSteps = 8, kMaxSteps = std::size_t{1} << 24U;
 
 // The series on even steps.
 std::vector<double> resampled(std::span<const double> seconds, std::span<const double> values, double interval_s,
@@ -35,7 +35,7 @@ Spectrum amplitude_spectrum(std::span<const double> seconds, std::span<const dou
   Spectrum spectrum;
   if (seconds.size() < 2 || !(interval_s > 0)) return spectrum;
   const double length = std::round((seconds.back() - seconds.front()) / interval_s) + 1;
-  if (!(length >= static_cast<double>(kLeastSteps)) || length > static_cast<double>(kMostSteps)) return spectrum;
+  if (!(length >= static_cast<double>(kMinSteps)) || length > static_cast<double>(kMaxSteps)) return spectrum;
   const auto n = static_cast<std::size_t>(length);
   std::vector<double> even = resampled(seconds, values, interval_s, n, spectrum.filled_fraction);
   if (even.empty()) return spectrum;

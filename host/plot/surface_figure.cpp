@@ -13,8 +13,8 @@
 namespace srd::host {
 namespace {
 
-constexpr double kMapTop = 78, kBarRoom = 110, kMostHeight = 560, kBarWidth = 16, kBarGap = 22;
-constexpr double kLeastRange = 0.01;  // mm, of the colours
+constexpr double kMapTop = 78, kBarRoom = 110, kMaxHeight = 560, kBarWidth = 16, kBarGap = 22;
+constexpr double kMinRange = 0.01;  // mm, of the colours
 constexpr int kPixelsAlong = 480, kGridAlong = 160;
 
 // The frame seen from above with Y to the right and X downwards, as the reference image shows the pattern.
@@ -33,7 +33,7 @@ Map lay_out(const RunGeometry& geometry, const dsp::Coefficients<double>& a) {
   const PatternExtent& e = geometry.pattern;
   const double along = e.y_max - e.y_min, across = e.x_max - e.x_min;
   const double width = kFigureWidth - kLeftMargin - kBarRoom;
-  const double scale = std::min(width / along, kMostHeight / across);
+  const double scale = std::min(width / along, kMaxHeight / across);
   const Rectangle area{kLeftMargin + 0.5 * (width - scale * along), kMapTop, scale * along, scale * across};
   return {geometry, a, Panel{area, {e.y_min, e.y_max}, {e.x_max, e.x_min}}};
 }
@@ -137,7 +137,7 @@ Figure surface_figure(const PlotInput& input, std::size_t row) {
     for (int x = 0; x <= kGridAlong; ++x)
       range.cover(map.height(static_cast<double>(x) / kGridAlong, static_cast<double>(y) / kGridAlong));
   // A level surface shows one colour, not its last digits.
-  const double room = std::max(0.0, kLeastRange - (range.high - range.low)) / 2;
+  const double room = std::max(0.0, kMinRange - (range.high - range.low)) / 2;
   const Scale heights{range.low - room, range.high + room};
   const std::vector<double> levels = ticks(heights, area.height < 160 ? 5 : 10);
 

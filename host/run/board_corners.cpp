@@ -7,7 +7,7 @@ namespace srd::host {
 
 namespace {
 
-constexpr int kMostCorners = 16384;
+constexpr int kMaxCorners = 16384;
 
 std::string grid_text(int rows, int columns) { return std::to_string(rows) + " rows of " + std::to_string(columns); }
 
@@ -19,7 +19,7 @@ Outcome<std::vector<BoardCorner>> find_board_corners(const GrayView& image, Patt
   options.response.radius = search.radius;
   options.threshold = search.threshold;
   options.min_distance = static_cast<int>(search.min_distance);
-  dsp::BoardFinder finder(image.width, image.height, kMostCorners);
+  dsp::BoardFinder finder(image.width, image.height, kMaxCorners);
   const Result<dsp::CornerGrid> grid = finder.find(image, options, {board.rows, board.columns});
   const std::span<const dsp::CornerFit> corners = finder.corners();
   const std::string expected = "a board of " + grid_text(board.rows, board.columns) + " inner corners (" +

@@ -10,7 +10,7 @@
 namespace srd::host {
 
 Outcome<std::vector<Feature>> read_features(const std::filesystem::path& file, int point_count) {
-  constexpr double kMostPixels = 1e5;
+  constexpr double kMaxPixels = 1e5;
   const std::string expected = "id u v (undistorted px) a line";
   const Outcome<std::string> text = read_text_file(file, "features: " + expected);
   if (!text) return text.error();
@@ -24,7 +24,7 @@ Outcome<std::vector<Feature>> read_features(const std::filesystem::path& file, i
     if (fields.size() != 3) return Problem{Exit::kInput, "is not a feature", where, expected, shown, ""};
     const std::optional<int> id = parse_number<int>(fields[0]);
     const std::optional<double> u = parse_number<double>(fields[1]), v = parse_number<double>(fields[2]);
-    if (!id || !u || !v || std::abs(*u) > kMostPixels || std::abs(*v) > kMostPixels)
+    if (!id || !u || !v || std::abs(*u) > kMaxPixels || std::abs(*v) > kMaxPixels)
       return Problem{Exit::kInput, "is not a feature", where, expected, shown, ""};
     if (*id < 0 || *id >= point_count)
       return Problem{Exit::kInput,

@@ -24,13 +24,13 @@ std::string formatted(const char* format, double value) {
 
 std::optional<FoundIndex> found_index(const RunPlan& plan, const RunResult& result) {
   // Below what the index of water means at all; exact features have no deviation to weigh with.
-  constexpr double kLeastDeviation = 1e-9;
+  constexpr double kMinDeviation = 1e-9;
   if (!plan.options.free_index) return std::nullopt;
   FoundIndex found;
   double weights = 0, sum = 0;
   for (const FrameRecord& frame : result.frames) {
     if (!frame.has_surface()) continue;
-    const double deviation = std::max(frame.estimate.index_deviation, kLeastDeviation);
+    const double deviation = std::max(frame.estimate.index_deviation, kMinDeviation);
     weights += 1 / (deviation * deviation);
     sum += frame.estimate.index / (deviation * deviation);
     ++found.frames;

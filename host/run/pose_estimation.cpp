@@ -18,7 +18,7 @@ using dsp::Vec2;
 using dsp::Vec3;
 
 // A flat print seen by a usable calibration leaves 0.05 to 0.7 px; a wrong order of points leaves tens.
-constexpr double kMostRms = 5.0;        // px, per axis
+constexpr double kMaxRms = 5.0;         // px, per axis
 constexpr double kSuspiciousRms = 1.0;  // px, per axis
 
 dsp::Pose<double> to_pose(const cv::Vec3d& rotation_vector, const cv::Vec3d& translation) {
@@ -113,11 +113,11 @@ Outcome<PoseFit> fit_pose(const Calibration& calibration, std::span<const Vec2<d
     fit.worst_px = std::max(fit.worst_px, distance);
   }
   fit.rms_px = std::sqrt(sum / (2.0 * static_cast<double>(points.size())));
-  if (!(fit.rms_px <= kMostRms))
+  if (!(fit.rms_px <= kMaxRms))
     return Problem{Exit::kInput,
                    "does not agree with the points",
                    where,
-                   "residuals of at most " + number_text(kMostRms) + " px rms",
+                   "residuals of at most " + number_text(kMaxRms) + " px rms",
                    number_text(std::round(fit.rms_px * 100) / 100) + " px rms",
                    "check the calibration, the points' file and its order (row by row, the image's top left first)"};
   if (!(fit.pose.centre().z() > points.front().z()))

@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t kBlock = 25;  // frames
 // Of the grey levels' variance. A pattern that lies a third of a square off along one axis explains a ninth; a fit that
 // does not explain more than twice that has not found it.
-constexpr double kLeastExplained = 0.25;
+constexpr double kMinExplained = 0.25;
 
 struct Block {
   std::vector<FrameRecord> frames;
@@ -32,7 +32,7 @@ double thread_seconds() {
 }
 
 bool found_pattern(const dsp::PatternEstimate& estimate) {
-  return !dsp::failed(estimate.surface.stop) && estimate.explained >= kLeastExplained;
+  return !dsp::failed(estimate.surface.stop) && estimate.explained >= kMinExplained;
 }
 
 class BlockFitter {

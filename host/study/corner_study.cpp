@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kWidth = 960, kHeight = 600;  // px
 constexpr double kMargin = 24;              // px
-constexpr int kLeastWindow = 2, kMostWindow = 16;
+constexpr int kMinWindow = 2, kMaxWindow = 16;
 
 // A dry board, turned and in perspective: subpixel phases differ from corner to corner.
 Scene board(const CornerConditions& conditions, int variant) {
@@ -47,7 +47,7 @@ Scene board(const CornerConditions& conditions, int variant) {
 struct Sums {
   int corners = 0, found = 0;
   double squares = 0, stated = 0;
-  std::array<double, kMostWindow + 1> opencv{};
+  std::array<double, kMaxWindow + 1> opencv{};
 };
 
 void add_ours(const GrayView& image, const std::vector<dsp::Vec2<double>>& truth, const CornerConditions& conditions,
@@ -72,7 +72,7 @@ void add_ours(const GrayView& image, const std::vector<dsp::Vec2<double>>& truth
 void add_opencv(const GrayView& image, const std::vector<dsp::Vec2<double>>& truth, int most_window, Sums& sums) {
   const cv::Mat pixels(image.height, image.width, CV_8U, const_cast<std::uint8_t*>(image.pixels),
                        static_cast<std::size_t>(image.stride_bytes));
-  for (int window = kLeastWindow; window <= most_window; ++window) {
+  for (int window = kMinWindow; window <= most_window; ++window) {
     std::vector<cv::Point2f> corners;
     for (const auto& at : truth)
       corners.emplace_back(static_cast<float>(std::round(at.x())), static_cast<float>(std::round(at.y())));
@@ -87,7 +87,7 @@ Outcome<CornerRow> measure(const std::string& varied, const CornerConditions& co
                            dsp::CornerDetector& detector) {
   std::vector<std::uint8_t> pixels(static_cast<std::size_t>(kWidth * kHeight));
   const GrayView image{pixels.data(), kWidth, kHeight, kWidth};
-  const int most_window = std::min(kMostWindow, static_cast<int>(conditions.square_px / 2) - 1);
+  const int most_window = std::min(kMaxWindow, static_cast<int>(conditions.square_px / 2) - 1);
   Sums sums;
   for (int variant = 0; variant < boards; ++variant) {
     const Scene scene = board(conditions, variant);
@@ -106,7 +106,7 @@ Outcome<CornerRow> measure(const std::string& varied, const CornerConditions& co
   row.rms_px = std::sqrt(sums.squares / (2.0 * sums.found));
   row.stated_px = std::sqrt(sums.stated / (2.0 * sums.found));
   row.bound_px = corner_bound(conditions.contrast, conditions.blur_px, conditions.noise, 5);
-  const auto first = sums.opencv.begin() + kLeastWindow, last = sums.opencv.begin() + most_window + 1;
+  const auto first = sums.opencv.begin() + kMinWindow, last = sums.opencv.begin() + most_window + 1;
   const auto best = std::min_element(first, last);
   row.opencv_px = std::sqrt(*best / (2.0 * sums.corners));
   row.opencv_window = static_cast<int>(best - sums.opencv.begin());

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kNoisePx = 0.1;
 constexpr std::array<int, 5> kModels{1, 3, 5, 8, 12};
-constexpr int kMostCameras = 3;
+constexpr int kMaxCameras = 3;
 
 // One tank, as each of its cameras sees it: 18 degrees off the vertical, a third of a turn apart.
 std::vector<Scene> tank_scenes(int parameters, int cameras) {
@@ -157,16 +157,16 @@ Outcome<std::vector<SurfaceRow>> study_surfaces(bool quick, const Progress& prog
   std::vector<SurfaceRow> rows;
   const auto wanted = [&](int model) { return !quick || model == 1 || model == 5; };
   int all = 0, done = 0;
-  for (const int model : kModels) all += kMostCameras * (wanted(model) ? 2 : 1);
+  for (const int model : kModels) all += kMaxCameras * (wanted(model) ? 2 : 1);
   const auto step = [&] {
     if (progress) progress(++done, all);
   };
-  for (int cameras = 1; cameras <= kMostCameras; ++cameras)
+  for (int cameras = 1; cameras <= kMaxCameras; ++cameras)
     for (const int model : kModels) {
       rows.push_back(from_features(model, cameras, quick ? 20 : 1000));
       step();
     }
-  for (int cameras = 1; cameras <= kMostCameras; ++cameras)
+  for (int cameras = 1; cameras <= kMaxCameras; ++cameras)
     for (const int model : kModels) {
       if (!wanted(model)) continue;
       auto row = from_images(model, cameras, quick ? 3 : 50);

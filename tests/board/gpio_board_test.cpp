@@ -195,13 +195,13 @@ TEST_F(GpioBoard, TheStrobeTogglesTheLineInStepWithACamera) {
   EXPECT_GE(counters.pulses.load(), 30u);
   EXPECT_LE(rises.load(), static_cast<int>(counters.pulses.load()));
   EXPECT_GE(rises.load(), static_cast<int>(counters.pulses.load()) / 2);
-  while (const PulseRecord* record = scheduler.records().front()) {
+  while (const StrobePulse* record = scheduler.pulses().front()) {
     if (record->phase == StrobePhase::kLit) {
       const std::int64_t exposure = first + static_cast<std::int64_t>(record->sequence) * kPeriod;
       EXPECT_GE(record->on_ns, exposure - 20'000'000);
       EXPECT_LE(record->on_ns + timing.pulse_ns, exposure + 100'000);
     }
-    scheduler.records().pop();
+    scheduler.pulses().pop();
   }
 }
 

@@ -52,7 +52,7 @@ class StrobeBench {
   void step() {
     scheduler.step();
     deliver(clock.time_ns());
-    take_records();
+    take_pulses();
   }
 
   // Of exposures from .. to (their places in the sensor's list).
@@ -81,10 +81,10 @@ class StrobeBench {
   [[nodiscard]] double phase_rms(std::size_t from, std::size_t to) const {
     double squares = 0;
     std::size_t n = 0;
-    for (const PulseRecord& record : records) {
-      const std::size_t place = nearest(static_cast<double>(record.stamp_ns));
+    for (const StrobePulse& pulse : pulses) {
+      const std::size_t place = nearest(static_cast<double>(pulse.stamp_ns));
       if (place < from || place >= to) continue;
-      const double error = static_cast<double>(record.stamp_ns) - frames_[place].truth_ns;
+      const double error = static_cast<double>(pulse.stamp_ns) - frames_[place].truth_ns;
       squares += error * error;
       ++n;
     }
@@ -111,10 +111,10 @@ class StrobeBench {
     for (; given_ < frames_.size() && frames_[given_].arrival_ns <= now; ++given_)
       if (frames_[given_].delivered) scheduler.offer({frames_[given_].sequence, frames_[given_].stamp_ns, ClockId::kMonotonic});
   }
-  void take_records() {
-    while (const PulseRecord* record = scheduler.records().front()) {
-      records.push_back(*record);
-      scheduler.records().pop();
+  void take_pulses() {
+    while (const StrobePulse* pulse = scheduler.pulses().front()) {
+      pulses.push_back(*pulse);
+      scheduler.pulses().pop();
     }
   }
 
@@ -126,7 +126,7 @@ class StrobeBench {
   fakes::SimulatedStrobeClock clock;
   fakes::RecordingLine line;
   StrobeScheduler scheduler;
-  std::vector<PulseRecord> records;
+  std::vector<StrobePulse> pulses;
 };
 
 }  // namespace srd

@@ -137,7 +137,7 @@ TEST(StrobePhaseLock, AStepOfTheRateIsFoundWithinAWindowAndAFewFrames) {
       // The old period's stamp of the first frame after the step is still right.
       if (std::abs(static_cast<double>(lock.period_ns()) - after.period_ns) > 0.001 * after.period_ns) last_wrong = since;
     }
-    EXPECT_LE(last_wrong, PhaseLock::kWindow + PhaseLock::kMostRejected) << ratio;
+    EXPECT_LE(last_wrong, PhaseLock::kWindow + PhaseLock::kMaxRejected) << ratio;
     EXPECT_LE(unlocked, PhaseLock::kLockFrames) << ratio;
     EXPECT_GE(lock.counts().locks, 2u) << ratio;
   }

@@ -110,8 +110,8 @@ TEST(StrobeSimulation, AfterAStepOfTheRateAtMostAWindowOfFramesIsLitWrongly) {
     const LightSeen step = bench.light(kBefore, kBefore + 25), after = bench.light(kBefore + 25, kBefore + kAfter - 2);
     std::printf("rate x %.2f: %zu pulses outside in the 25 frames after the step; later %zu of %d frames lit, %zu outside\n",
                 1 / ratio, step.outside, after.lit_frames, kAfter - 27, after.outside);
-    // Until kMostRejected stamps tell, and two that are on their way; a sensor that is slower by 2 sees two pulses a frame.
-    EXPECT_LE(step.outside, static_cast<std::size_t>((PhaseLock::kMostRejected + 2) * std::max(ratio, 1.0) + 2)) << ratio;
+    // Until kMaxRejected stamps tell, and two that are on their way; a sensor that is slower by 2 sees two pulses a frame.
+    EXPECT_LE(step.outside, static_cast<std::size_t>((PhaseLock::kMaxRejected + 2) * std::max(ratio, 1.0) + 2)) << ratio;
     EXPECT_EQ(after.outside, 0u) << ratio;
     EXPECT_EQ(after.lit_frames, static_cast<std::size_t>(kAfter - 27)) << ratio;
     EXPECT_GE(bench.scheduler.counters().locks.load(), 2u);
@@ -133,10 +133,10 @@ TEST(StrobeSimulation, APausedSensorIsFoundAgain) {
   EXPECT_EQ(after.lit_frames, 78u);
   // Records that are not of neighbouring exposures do not look so.
   int apart = 0;
-  for (std::size_t i = 1; i < bench.records.size(); ++i) {
-    const PulseRecord &before = bench.records[i - 1], &record = bench.records[i];
-    const bool neighbours = static_cast<double>(record.stamp_ns - before.stamp_ns) < 1.5 * habits.period_ns;
-    EXPECT_EQ(record.slot - before.slot, neighbours ? 1 : 2);
+  for (std::size_t i = 1; i < bench.pulses.size(); ++i) {
+    const StrobePulse &before = bench.pulses[i - 1], &pulse = bench.pulses[i];
+    const bool neighbours = static_cast<double>(pulse.stamp_ns - before.stamp_ns) < 1.5 * habits.period_ns;
+    EXPECT_EQ(pulse.slot - before.slot, neighbours ? 1 : 2);
     apart += neighbours ? 0 : 1;
   }
   EXPECT_GE(apart, 1);
@@ -193,12 +193,12 @@ TEST(StrobeSimulation, APatternLightsItsExposuresAndRecordsAll) {
   timing.pattern = *StrobePattern::parse("LLDLD");
   StrobeBench bench(timing, sensor, {});
   bench.run();
-  ASSERT_GT(bench.records.size(), 550u);
+  ASSERT_GT(bench.pulses.size(), 550u);
   const auto pulses = bench.line.pulses();
   std::size_t lit = 0;
-  for (std::size_t i = 0; i + 2 < bench.records.size(); ++i) {  // the last ones may be of frames that never came
-    const PulseRecord& record = bench.records[i];
-    EXPECT_EQ(record.slot, bench.records[0].slot + static_cast<std::int64_t>(i));
+  for (std::size_t i = 0; i + 2 < bench.pulses.size(); ++i) {  // the last ones may be of frames that never came
+    const StrobePulse& record = bench.pulses[i];
+    EXPECT_EQ(record.slot, bench.pulses[0].slot + static_cast<std::int64_t>(i));
     const bool want = std::string_view("LLDLD")[static_cast<std::size_t>(record.slot % 5)] == 'L';
     EXPECT_EQ(record.phase, want ? StrobePhase::kLit : StrobePhase::kDark);
     // The exposure that it names is the one it is about.
@@ -244,7 +244,7 @@ TEST(StrobeSimulation, StampsOfAnotherClockComeBackInThatClock) {
   clock.woken = deliver;
   while (given < 100) scheduler.step();
   ASSERT_GT(line.pulses().size(), 70u);
-  const PulseRecord record = *scheduler.records().front();
+  const StrobePulse record = *scheduler.pulses().front();
   EXPECT_NEAR(static_cast<double>(record.stamp_ns - kSuspended),
               sensor.frames()[static_cast<std::size_t>(record.sequence)].truth_ns, 5e3);
   EXPECT_NEAR(static_cast<double>(record.on_ns - kSuspended), static_cast<double>(line.pulses()[0].on_ns), 1e3);
@@ -274,7 +274,7 @@ TEST(StrobeSimulation, SteppingTakesNothingFromTheHeap) {
   const fakes::AllocationGauge gauge;
   while (bench.scheduler.counters().pulses.load() < 900) {
     bench.scheduler.step();
-    while (bench.scheduler.records().front() != nullptr) bench.scheduler.records().pop();
+    while (bench.scheduler.pulses().front() != nullptr) bench.scheduler.pulses().pop();
   }
   EXPECT_EQ(gauge.count(), 0);
 }

@@ -113,7 +113,7 @@ TEST(LastEnd, TheReasonAndTheCountOutliveTheRun) {
   open(scratch).write("the camera is gone\n: \"video0\"" + std::string(200, 'x'));
   const LastEnd second = open(scratch);
   EXPECT_EQ(second.restarts(), 1u);
-  EXPECT_EQ(second.text().size(), LastEnd::kMostText);
+  EXPECT_EQ(second.text().size(), LastEnd::kMaxText);
   EXPECT_TRUE(second.text().starts_with("the camera is gone : \"video0\"x")) << second.text();
   EXPECT_EQ(open(scratch).text(), "ended without a word: killed, or the power went");
   EXPECT_EQ(open(scratch).restarts(), 3u);

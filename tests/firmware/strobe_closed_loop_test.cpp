@@ -27,7 +27,7 @@ LoopSeen run(FrameLabels& labels, const StrobeTiming& timing, const fakes::Simul
   std::size_t next = 0, taken = 0;
   std::vector<std::uint8_t> pixels(kSize * kSize);
   const auto label_arrived = [&] {
-    for (; taken < bench.records.size(); ++taken) labels.add(bench.records[taken]);
+    for (; taken < bench.pulses.size(); ++taken) labels.add(bench.pulses[taken]);
     const auto& frames = sensor.frames();
     for (; next < frames.size() &&
            static_cast<double>(frames[next].arrival_ns) + mark_error_ns <= static_cast<double>(bench.clock.time_ns());

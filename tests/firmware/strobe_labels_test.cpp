@@ -22,24 +22,24 @@ namespace {
 constexpr std::int64_t kLabelledPeriod = 20'000'000;
 constexpr int kLabelledSize = 32;
 
-// Exposures with records and images; which exposure's light an image shows can be shifted.
+// Exposures with pulses and images; which exposure's light an image shows can be shifted.
 class Scene {
  public:
   Scene(std::string_view pattern, int difference, int lit_grey = 120, int dark_grey = 20)
       : pattern_(*StrobePattern::parse(pattern)), labels(pattern_, difference, {}), lit_(lit_grey), dark_(dark_grey) {}
 
-  // Exposure i: its record (unless lost), then its frame, whose image shows the light of exposure i + late.
+  // Exposure i: its pulse (unless lost), then its frame, whose image shows the light of exposure i + late.
   CameraFrame expose(std::int64_t i, int late = 0, bool with_record = true, StrobePhase skipped = StrobePhase::kLit) {
     if (with_record) {
-      PulseRecord record;
-      record.slot = i;
-      record.stamp_ns = stamp(i);
-      record.phase = !pattern_.lit(i) ? StrobePhase::kDark : skipped;
-      if (record.phase == StrobePhase::kLit) {
-        record.on_ns = stamp(i) + 1'000'000;
-        record.off_ns = record.on_ns + 500'000;
+      StrobePulse pulse;
+      pulse.slot = i;
+      pulse.stamp_ns = stamp(i);
+      pulse.phase = !pattern_.lit(i) ? StrobePhase::kDark : skipped;
+      if (pulse.phase == StrobePhase::kLit) {
+        pulse.on_ns = stamp(i) + 1'000'000;
+        pulse.off_ns = pulse.on_ns + 500'000;
       }
-      labels.add(record);
+      labels.add(pulse);
     }
     const bool bright = pattern_.lit(i + late) && skipped == StrobePhase::kLit;
     std::normal_distribution<double> noise(0, 3);
@@ -68,7 +68,7 @@ class Scene {
 
 TEST(StrobeLabels, FollowThePatternAndTakeTheTimeOfThePulse) {
   Scene scene("LLD", 10);
-  scene.expose(0);  // one record alone does not say how long an exposure is
+  scene.expose(0);  // one pulse alone does not say how long an exposure is
   for (std::int64_t i = 1; i < 100; ++i) {
     const CameraFrame frame = scene.expose(i);
     EXPECT_EQ(frame.strobe, i % 3 == 2 ? StrobePhase::kDark : StrobePhase::kLit) << i;
@@ -109,7 +109,7 @@ TEST(StrobeLabels, AnImageThatSaysOtherwiseIsBelievedAndTheShiftIsFound) {
 TEST(StrobeLabels, OneFlashInTheDarkIsCountedAndChangesNothing) {
   Scene scene("LD", 10);
   for (std::int64_t i = 0; i < 40; ++i) scene.expose(i);
-  EXPECT_EQ(scene.expose(40, 1).strobe, StrobePhase::kDark);  // lit by its record, dark to see
+  EXPECT_EQ(scene.expose(40, 1).strobe, StrobePhase::kDark);  // lit by its pulse, dark to see
   EXPECT_EQ(scene.labels.counters().mislabelled.load(), 1u);
   for (std::int64_t i = 41; i < 80; ++i) EXPECT_EQ(scene.expose(i).strobe, i % 2 == 0 ? StrobePhase::kLit : StrobePhase::kDark);
   EXPECT_EQ(scene.labels.counters().mislabelled.load(), 1u);
@@ -143,14 +143,14 @@ TEST(StrobeLabels, FramesWithoutARecordAreUnstrobed) {
   Scene scene("LD", 10);
   for (std::int64_t i = 0; i < 10; ++i) EXPECT_EQ(scene.expose(i, 0, false).strobe, StrobePhase::kUnstrobed);
   for (std::int64_t i = 10; i < 40; ++i) scene.expose(i);
-  // Two periods after the last record.
+  // Two periods after the last pulse.
   EXPECT_EQ(scene.expose(42, 0, false).strobe, StrobePhase::kUnstrobed);
   EXPECT_GE(scene.labels.counters().unlabelled.load(), 11u);
 }
 
 TEST(StrobeLabels, APulseLightsOneFrameHoweverFarItsStampIsOff) {
   Scene scene("L", 10);
-  scene.expose(0);  // one record alone does not tell the period
+  scene.expose(0);  // one pulse alone does not tell the period
   for (std::int64_t i = 1; i < 10; ++i) EXPECT_EQ(scene.expose(i).strobe, StrobePhase::kLit);
   CameraFrame late = scene.expose(20, 0, false);  // an image; its stamp is put close to the last frame's
   const auto unlabelled = scene.labels.counters().unlabelled.load();

@@ -11,7 +11,7 @@
 #include "drivers/support/csv_table.hpp"
 #include "host/coefficients/columns.hpp"
 #include "host/coefficients/row_writer.hpp"
-#include "host/listen/recorded.hpp"
+#include "host/listen/frames_in_file.hpp"
 
 namespace srd::host {
 namespace {
@@ -135,8 +135,8 @@ TEST(CoefficientFile, AppendingKnowsWhatIsThere) {
   }
   const std::string before = text_of(file);
   const auto record = open(file, OpenMode::kAppend);
-  ASSERT_EQ(record->recorded().size(), 1u);
-  EXPECT_EQ(record->recorded().at(kNode).ranges(), (std::vector<proto::SequenceRange>{{5, 8}, {9, 10}}));
+  ASSERT_EQ(record->frames_in_file().size(), 1u);
+  EXPECT_EQ(record->frames_in_file().at(kNode).ranges(), (std::vector<proto::SequenceRange>{{5, 8}, {9, 10}}));
   write(*record, 10, frame_of(3, 2));
   EXPECT_TRUE(text_of(file).starts_with(before));
   EXPECT_EQ(CsvTable::read(file).value().rows(), 5u);
@@ -158,9 +158,9 @@ TEST(CoefficientFile, CutAtAnyByteIsContinuedFromTheLastWholeRow) {
     const std::uint64_t rows = bytes < header ? 0 : (bytes - header) / row;
     const auto record = open(file, OpenMode::kAppend);
     ASSERT_TRUE(record) << bytes;
-    ASSERT_EQ(record->recorded().size(), rows > 0 ? 1u : 0u) << bytes;
+    ASSERT_EQ(record->frames_in_file().size(), rows > 0 ? 1u : 0u) << bytes;
     if (rows > 0) {
-      ASSERT_EQ(record->recorded().at(kNode).end(), rows);
+      ASSERT_EQ(record->frames_in_file().at(kNode).end(), rows);
     }
     for (std::uint64_t s = rows; s < 3; ++s) ASSERT_TRUE(record->write(kNode, s, frame_of(1, 80.5f)).ok());
     ASSERT_TRUE(record->flush().ok());
@@ -183,7 +183,7 @@ TEST(CoefficientFile, EachListOfModesHasItsFile) {
   EXPECT_EQ(CsvTable::read(folder.path / "run.A00-B-C.csv").value().words("node").value(), std::vector<std::string>{"cam-2"});
   // The file beside it is as much the record as the first.
   const auto record = open(file, OpenMode::kAppend);
-  EXPECT_TRUE(record->recorded().contains(other));
+  EXPECT_TRUE(record->frames_in_file().contains(other));
   ASSERT_TRUE(record->write(other, 1, frame_of(3, 1)).ok());
   ASSERT_TRUE(record->flush().ok());
   EXPECT_EQ(CsvTable::read(folder.path / "run.A00-B-C.csv").value().rows(), 2u);
@@ -239,12 +239,12 @@ TEST(CoefficientFile, ForeignRowsAreAnErrorWithTheirLine) {
   const Folder folder;
   const fs::path file = folder.path / "run.csv";
   std::ofstream(file) << coefficient_header(dsp::ModeList::standard(1).value()) << "cam,b0000000000000001,x,0\n";
-  const auto bad = read_recorded(file);
+  const auto bad = read_frames_in_file(file);
   ASSERT_FALSE(bad.ok());
   EXPECT_EQ(bad.error().where, file.string() + ":2");
   for (const char* boot : {"1", "b1", "b00000000000000FF", "bffffffffffffffffff", "NA"}) {
     std::ofstream(file) << coefficient_header(dsp::ModeList::standard(1).value()) << "cam," << boot << ",3,0\n";
-    EXPECT_FALSE(read_recorded(file).ok()) << boot;
+    EXPECT_FALSE(read_frames_in_file(file).ok()) << boot;
   }
 }
 

@@ -111,7 +111,7 @@ class Simulation {
   // As srd listen --append does: it knows what the record has, and nothing else.
   void start_host() {
     SessionOptions options;
-    for (const Row& row : record) options.recorded[row.from].add(row.sequence);
+    for (const Row& row : record) options.in_file[row.from].add(row.sequence);
     options.session = ++sessions_;
     options.clock = [this] { return now; };
     sink = std::make_unique<MemorySink>(record, now);

@@ -28,7 +28,7 @@ class Listening {
  public:
   explicit Listening(ListenOptions options) {
     options.bind = bind_.empty() ? "127.0.0.1:0" : bind_;
-    options.say = [this](const std::string& text) { said += text; };
+    options.notify = [this](const std::string& text) { said += text; };
     auto bound = std::make_shared<std::promise<Address>>();
     options.listening = [bound](const Address& address) { bound->set_value(address); };
     thread_ = std::thread([this, options] { outcome = std::make_unique<Outcome<void>>(listen(options, stop_)); });
@@ -110,6 +110,7 @@ TEST(Listen, EndsAfterTheRowsAskedForAndGoesOnWithAppend) {
   const fakes::ScratchFolder folder;
   const auto file = folder.path() / "run.csv";
   Address address;
+  std::atomic<bool> cancelled{false};
   std::unique_ptr<firmware::Transmitter> node;
   {
     Listening host({.csv = file, .count = 150});
@@ -124,7 +125,7 @@ TEST(Listen, EndsAfterTheRowsAskedForAndGoesOnWithAppend) {
   {
     ListenOptions again{.csv = file, .open = OpenMode::kNew};
     again.bind = address.text();
-    again.say = [](const std::string&) {};
+    again.notify = [](const std::string&) {};
     const auto refused = listen(again, cancelled);
     ASSERT_FALSE(refused.ok());
     EXPECT_EQ(refused.error().exit, Exit::kUsage);
@@ -163,7 +164,7 @@ TEST(Listen, NodeOutlivesAHostThatComesLate) {
   std::this_thread::sleep_for(std::chrono::milliseconds(50));
   const fakes::ScratchFolder folder;
   ListenOptions options{.bind = address.text(), .csv = folder.path() / "run.csv", .count = 50};
-  options.say = [](const std::string&) {};
+  options.notify = [](const std::string&) {};
   const std::atomic<bool> never{false};
   EXPECT_TRUE(listen(options, never).ok());
   EXPECT_EQ(node->finish().unacknowledged, 0u);
@@ -240,7 +241,7 @@ TEST(Listen, WarnsWhenAnyoneCouldSend) {
   std::atomic<bool> stop{true};
   std::string said;
   ListenOptions options{.bind = "0.0.0.0:0"};
-  options.say = [&](const std::string& text) { said += text; };
+  options.notify = [&](const std::string& text) { said += text; };
   EXPECT_TRUE(listen(options, stop).ok());
   EXPECT_NE(said.find("without a key"), std::string::npos);
   said.clear();

@@ -122,8 +122,8 @@ TEST(Receiver, ForgedSourcesAndGapsStayBounded) {
     const proto::BootId boot{*proto::NodeId::make("n" + std::to_string(random() % 2000)), random() % 3};
     receiver.receive(datagram_of({boot, random() % (std::uint64_t{1} << 40), 0}, frame), somewhere(), 0);
   }
-  EXPECT_LE(receiver.sources().size(), Receiver::kMostSources);
-  EXPECT_LE(waiting_in(receiver), Receiver::kMostWaiting + Receiver::kMostSources);
+  EXPECT_LE(receiver.sources().size(), Receiver::kMaxSources);
+  EXPECT_LE(waiting_in(receiver), Receiver::kMaxWaiting + Receiver::kMaxSources);
   EXPECT_GT(receiver.counts().no_room, 0u);
   for (const auto& [to, datagram] : receiver.acknowledgements())
     EXPECT_TRUE(proto::decode_acknowledgement(datagram).has_value());

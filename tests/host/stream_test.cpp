@@ -138,14 +138,14 @@ TEST(Stream, SaysNothingOfWhatDoesNotFitAnAcknowledgement) {
 
 TEST(Stream, BoundsWhatWaitsAndKeepsTheEarliest) {
   Stream stream({}, 0);
-  for (std::uint64_t s = 1; s < 3 * Stream::kMostWaiting; ++s) stream.take(s, a_frame(s));
-  EXPECT_EQ(stream.waiting(), Stream::kMostWaiting);
+  for (std::uint64_t s = 1; s < 3 * Stream::kMaxWaiting; ++s) stream.take(s, a_frame(s));
+  EXPECT_EQ(stream.waiting(), Stream::kMaxWaiting);
   // Far ones make place for near ones.
   Stream other({}, 0);
-  for (std::uint64_t s = 4 * Stream::kMostWaiting; s > 0; --s) other.take(s, a_frame(s));
-  EXPECT_EQ(other.waiting(), Stream::kMostWaiting);
+  for (std::uint64_t s = 4 * Stream::kMaxWaiting; s > 0; --s) other.take(s, a_frame(s));
+  EXPECT_EQ(other.waiting(), Stream::kMaxWaiting);
   other.take(0, a_frame(0));
-  EXPECT_EQ(take_ready(other).size(), Stream::kMostWaiting + 1);
+  EXPECT_EQ(take_ready(other).size(), Stream::kMaxWaiting + 1);
 }
 
 TEST(Stream, GivingUpReleasesWhatWaits) {

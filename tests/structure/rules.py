@@ -127,6 +127,21 @@ def equation_problems(root, page="dsp/OPTICS.md"):
     return problems
 
 
+def where_problems(root, page="CONTRIBUTING.md"):
+    """Each file that the page's table "Where is" names is there, and each row names one."""
+    problems, in_table = [], False
+    for number, line in enumerate(lines_of(root, page), 1):
+        if line.startswith("## "):
+            in_table = line == "## Where is"
+        if not in_table or not line.startswith("| ") or line.startswith("| looked for |"):
+            continue
+        files = re.findall(r"`([\w./-]+)`", line.split("|")[2])
+        problems += [f"{page}:{number}: no file {name}" for name in files if not (pathlib.Path(root) / name).is_file()]
+        if not files:
+            problems.append(f"{page}:{number}: names no file")
+    return problems
+
+
 def folder_edges(root):
     """Folder two levels deep -> the folders that its sources include, each with one such line."""
     edges = {}

@@ -55,6 +55,17 @@ class Structure(unittest.TestCase):
         self.assertEqual(["dsp/OPTICS.md: (2): no file dsp/b.hpp", "dsp/OPTICS.md: a row of (9), which is no equation",
                           "dsp/OPTICS.md: equation (3) has no row", "dsp/a.hpp: does not cite (4)"], sorted(found))
 
+    def test_what_is_looked_for_has_its_file(self):
+        self.assertGreater(len(rules.lines_of(ROOT, "CONTRIBUTING.md")), 20)
+        self.assert_clean(rules.where_problems(ROOT))
+
+    def test_files_that_moved_from_where_they_were_are_found(self):
+        page = "| a | `gone.md` |\n## Where is\n\n| looked for | file |\n|---|---|\n| a | `x/a.hpp`, `x/b.hpp` |\n" \
+               "| b | somewhere |\n\n## Other\n\n| c | `x/c.hpp` |\n"
+        root = self.tree({"CONTRIBUTING.md": page, "x/a.hpp": ""})
+        self.assertEqual(["CONTRIBUTING.md:6: no file x/b.hpp", "CONTRIBUTING.md:7: names no file"],
+                         rules.where_problems(root))
+
     def test_sources_name_their_licence(self):
         self.assert_clean(rules.licence_problems(ROOT))
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which frames a CSV record has, read line by line: a long run's file is larger than memory.
+// Which frames a coefficient file has, read line by line: a long run's file is larger than memory.
 #pragma once
 
 #include <filesystem>
@@ -12,14 +12,14 @@
 
 namespace srd::host {
 
-struct Recorded {
+struct FramesInFile {
   std::optional<dsp::ModeList> modes;  // of the header; none: the file is empty or was cut within its header
   std::map<proto::BootId, SequenceSet> frames;
   std::uint64_t rows = 0;
   std::uintmax_t whole_bytes = 0;  // up to the end of the last whole line
 };
 
-// kInput with file:line when the file is not a record of srd listen.
-[[nodiscard]] Outcome<Recorded> read_recorded(const std::filesystem::path& file);
+// kInput with file:line when the file is no coefficient file of srd listen.
+[[nodiscard]] Outcome<FramesInFile> read_frames_in_file(const std::filesystem::path& file);
 
 }  // namespace srd::host

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/listen/recorded.hpp"
+#include "host/listen/frames_in_file.hpp"
 
 #include <fstream>
 #include <string>
@@ -19,8 +19,8 @@ std::string_view take_cell(std::string_view& line) {
 
 }  // namespace
 
-Outcome<Recorded> read_recorded(const std::filesystem::path& file) {
-  Recorded out;
+Outcome<FramesInFile> read_frames_in_file(const std::filesystem::path& file) {
+  FramesInFile out;
   std::ifstream in(file, std::ios::binary);
   if (!in) return Problem{.what = "cannot read the file", .where = file.string()};
   const auto not_ours = [&](std::uint64_t line, std::string found) {

@@ -13,13 +13,13 @@ namespace srd {
 
 // Which exposures get light: repeated exposure by exposure.
 struct StrobePattern {
-  static constexpr int kMostLength = 32;
+  static constexpr int kMaxLength = 32;
   std::uint32_t bits = 1;  // bit i: exposure i is lit
   int length = 1;
 
-  // "L" lit, "D" dark: "LLLD". Nothing for other letters, more than kMostLength of them, or no L.
+  // "L" lit, "D" dark: "LLLD". Nothing for other letters, more than kMaxLength of them, or no L.
   [[nodiscard]] static constexpr std::optional<StrobePattern> parse(std::string_view text) {
-    if (text.empty() || text.size() > kMostLength) return std::nullopt;
+    if (text.empty() || text.size() > kMaxLength) return std::nullopt;
     StrobePattern pattern{0, static_cast<int>(text.size())};
     for (std::size_t i = 0; i < text.size(); ++i) {
       if (text[i] != 'L' && text[i] != 'D') return std::nullopt;
@@ -43,7 +43,7 @@ struct StrobeStamp {
 };
 
 // One exposure and its light. Times are of the sensor's clock, so that they compare with frames' stamps.
-struct PulseRecord {
+struct StrobePulse {
   std::int64_t slot = 0;                               // counts exposures; the pattern's place is slot % length
   std::uint64_t sequence = 0;                          // the frame's, as predicted; 0 in trigger mode
   std::int64_t stamp_ns = 0;                           // the frame's, as predicted
