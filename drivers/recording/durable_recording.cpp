@@ -43,17 +43,10 @@ int write_all(int fd, const void* bytes, std::size_t size) noexcept {
 }  // namespace
 
 Outcome<DurableRecording> DurableRecording::create(const fs::path& folder, bool overwrite, Barrier barrier) {
+  const Outcome<fs::path> made_folder = make_recording_folder(folder, overwrite);
+  if (!made_folder) return made_folder.error();
+  const fs::path& listing = *made_folder;
   std::error_code error;
-  const fs::path listing = folder / kFramesName;
-  if (fs::exists(listing, error) && !overwrite)
-    return Problem{Exit::kUsage,
-                   "a recording is there already",
-                   listing.string(),
-                   "a new folder",
-                   "",
-                   "name another folder, or add --force to replace it"};
-  fs::create_directories(folder, error);
-  if (error) return Problem{Exit::kInput, "cannot be made", folder.string(), "a writable place", error.message(), ""};
   DurableRecording made;
   made.folder_ = folder;
   made.barrier_ = barrier != nullptr ? barrier : &::syncfs;

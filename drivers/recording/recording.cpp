@@ -168,7 +168,7 @@ Outcome<Recording> read_recording(const fs::path& folder, const RecordingTimes& 
   return recording;
 }
 
-Outcome<RecordingWriter> RecordingWriter::create(const fs::path& folder, ImageFormat format, bool overwrite) {
+Outcome<fs::path> make_recording_folder(const fs::path& folder, bool overwrite) {
   std::error_code error;
   const fs::path listing = folder / kFramesName;
   if (fs::exists(listing, error) && !overwrite)
@@ -180,6 +180,13 @@ Outcome<RecordingWriter> RecordingWriter::create(const fs::path& folder, ImageFo
                    "name another folder, or add --force to replace it"};
   fs::create_directories(folder, error);
   if (error) return Problem{Exit::kInput, "cannot be made", folder.string(), "a writable place", error.message(), ""};
+  return listing;
+}
+
+Outcome<RecordingWriter> RecordingWriter::create(const fs::path& folder, ImageFormat format, bool overwrite) {
+  const Outcome<fs::path> made = make_recording_folder(folder, overwrite);
+  if (!made) return made.error();
+  const fs::path& listing = *made;
   RecordingWriter writer;
   writer.folder_ = folder;
   writer.format_ = format;

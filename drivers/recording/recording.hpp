@@ -54,6 +54,9 @@ struct RecordingTimes {
 // kInput: no folder, no frame, a wrong row (with its line). Whether the images can be read shows when they are read.
 [[nodiscard]] Outcome<Recording> read_recording(const std::filesystem::path& folder, const RecordingTimes& times = {});
 
+// The folder made, and the path of its frames.csv. kUsage when it holds a recording already and overwrite is false.
+[[nodiscard]] Outcome<std::filesystem::path> make_recording_folder(const std::filesystem::path& folder, bool overwrite);
+
 enum class ImageFormat : std::uint8_t { kPng, kPgm };
 
 // Writes images and frames.csv, the image first: a recording cut at any moment is whole up to its last row.
