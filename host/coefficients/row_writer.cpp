@@ -3,6 +3,7 @@
 
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <vector>
 
 #include "drivers/support/text_file.hpp"
@@ -21,7 +22,9 @@ void append_cell(std::string& out, Number number, Format... format) {
 void append_text(std::string& out, std::string_view text) { (out += ',') += text; }
 
 void append_real(std::string& out, double number) {
-  if (const auto single = static_cast<float>(number); static_cast<double>(single) == number)
+  if (!std::isfinite(number))
+    out += ',';
+  else if (const auto single = static_cast<float>(number); static_cast<double>(single) == number)
     append_cell(out, single);
   else
     append_cell(out, number, std::chars_format::general, 9);
@@ -46,7 +49,7 @@ void append_surface(const RowContent& row, std::string& out) {
   append_real(out, row.height_mm);
   for (int j = 0; j < row.modes; ++j) append_real(out, row.coefficients[j]);
   for (int j = 0; j < row.modes; ++j)
-    if (j < row.deviations.size())
+    if (j < row.deviations.size() && std::isfinite(row.deviations[j]))
       append_cell(out, row.deviations[j], std::chars_format::general, 4);
     else
       out += ',';

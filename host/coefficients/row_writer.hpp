@@ -33,7 +33,8 @@ struct RowContent {
 // Of a record; from outlives the row.
 [[nodiscard]] RowContent row_content(const proto::BootId& from, std::uint64_t sequence, const proto::CoefficientFrame& frame);
 
-// Numbers that a float holds read back as that float; others keep nine digits, deviations four.
+// Numbers that a float holds read back as that float; others keep nine digits, deviations four. One that is not finite gives
+// an empty cell.
 void append_row(const RowContent& row, std::string& out);
 
 // The modes of a coefficient file's header (without line end); nullopt when it is another.

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <limits>
 
 #include <gtest/gtest.h>
 
@@ -108,6 +109,28 @@ TEST(CoefficientFile, CoefficientsComeBackToTheLastBit) {
     const auto back = CsvTable::parse(row, "row").value().numbers("A00").value();
     EXPECT_EQ(static_cast<float>(back[0]), a);
   }
+}
+
+TEST(CoefficientFile, ADoubleKeepsNineDigitsAndWhatIsNotFiniteGivesAnEmptyCell) {
+  RowContent row;
+  row.node = "reconstruct";
+  row.metric = kPatternMetric;
+  row.status = proto::FrameStatus::kOk;
+  row.modes = 3;
+  row.mean_error = 0.5;
+  row.height_mm = 80.123456789;
+  row.coefficients = dsp::Coefficients<double>(3);
+  row.coefficients << 80.1234567891, -1.0 / 3, 2e-7;
+  row.deviations = dsp::Coefficients<double>(3);
+  row.deviations << 0.0123456, std::nan(""), std::numeric_limits<double>::infinity();
+  std::string text;
+  append_row(row, text);
+  EXPECT_EQ(
+      text,
+      "reconstruct,b0000000000000000,0,0,unknown,ok,0,0,0,0.5,pattern,80.1234568,80.1234568,-0.333333333,2e-07,0.01235,,,,\n");
+  EXPECT_STREQ(error_unit(kPatternMetric), "grey levels");
+  EXPECT_STREQ(error_unit("disparity"), "mm");
+  EXPECT_STREQ(error_unit("weather"), "");
 }
 
 TEST(CoefficientFile, RefusesAnExistingFileUnlessForced) {
