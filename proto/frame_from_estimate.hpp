@@ -3,7 +3,7 @@
 // FrameStatus. Used by the node, srd reconstruct and the benchmarks.
 #pragma once
 
-#include "dsp/estimate/estimator.hpp"
+#include "dsp/estimate/estimator/estimator.hpp"
 #include "dsp/pipeline/surface_tracker.hpp"
 #include "proto/messages.hpp"
 

@@ -6,7 +6,7 @@
 #include <array>
 #include <cstdint>
 
-#include "dsp/estimate/estimator.hpp"
+#include "dsp/estimate/estimator/estimator.hpp"
 
 namespace srd::proto {
 

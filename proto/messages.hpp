@@ -7,7 +7,7 @@
 #include <variant>
 
 #include "dsp/core/time.hpp"
-#include "dsp/estimate/estimator.hpp"
+#include "dsp/estimate/estimator/estimator.hpp"
 #include "dsp/optics/surface_model.hpp"
 #include "proto/identity.hpp"
 #include "proto/information.hpp"

@@ -23,7 +23,7 @@
 
 #include "drivers/support/problem.hpp"
 #include "drivers/support/toml_reader.hpp"
-#include "dsp/optics/crossing.hpp"
+#include "dsp/optics/media.hpp"
 #include "dsp/optics/surface_model.hpp"
 
 namespace srd {

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "dsp/estimate/rank_report.hpp"
+#include "dsp/estimate/solver/rank_report.hpp"
 
 namespace srd {
 

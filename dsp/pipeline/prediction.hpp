@@ -3,7 +3,7 @@
 #pragma once
 
 #include "dsp/frontend/corner_fit.hpp"
-#include "dsp/optics/refraction.hpp"
+#include "dsp/optics/ray_trace.hpp"
 
 namespace srd::dsp {
 

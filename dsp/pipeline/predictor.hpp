@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "dsp/estimate/sight_line.hpp"
+#include "dsp/estimate/residual/sight_line.hpp"
 #include "dsp/pipeline/prediction.hpp"
 
 namespace srd::dsp {

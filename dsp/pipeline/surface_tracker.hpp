@@ -9,8 +9,8 @@
 #include <span>
 #include <vector>
 
-#include "dsp/estimate/estimator.hpp"
-#include "dsp/estimate/start_history.hpp"
+#include "dsp/estimate/estimator/estimator.hpp"
+#include "dsp/estimate/estimator/start_history.hpp"
 #include "dsp/frontend/board_finder.hpp"
 #include "dsp/frontend/corner_tracker.hpp"
 #include "dsp/pipeline/pattern.hpp"

@@ -10,7 +10,7 @@
 #include "drivers/support/mode_names.hpp"
 #include "drivers/support/system_clock.hpp"
 #include "drivers/support/text_file.hpp"
-#include "dsp/optics/water_index.hpp"
+#include "dsp/optics/refractive_index.hpp"
 #include "firmware/config/camera_factory.hpp"
 #include "firmware/config/view_check.hpp"
 #include "firmware/strobe/strobe.hpp"
@@ -128,7 +128,7 @@ struct Water {
 Outcome<Water> water_of(const NodeConfig& config, const std::optional<Scene>& scene,
                         const std::optional<RecordedOptics>& recorded) {
   Water water;
-  water.media.water = dsp::water_index(20, 0, 589);
+  water.media.water = dsp::water_refractive_index(20, 0, 589).value();
   water.index_from = "fresh water of 20 C";
   std::string own = "the scene";
   std::optional<dsp::Media<double>> known;

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "drivers/support/toml_reader.hpp"
-#include "dsp/optics/water_index.hpp"
+#include "dsp/optics/refractive_index.hpp"
 #include "proto/identity.hpp"
 #include "proto/plain_word.hpp"
 
@@ -64,14 +64,18 @@ void read_pattern(TomlTable pattern, NodeConfig& config) {
 
 void read_water(TomlTable water, NodeConfig& config) {
   set(config.refractive_index, water.number("refractive_index", {1.0001, 2}));
-  const auto temperature = water.number("water_temperature_c", {0, 30, "degrees C"});
-  const auto salinity = water.number("salinity_per_mille", {0, 35, "per mille"});
-  const auto wavelength = water.number("wavelength_nm", {400, 700, "nm"});
+  const auto temperature =
+      water.number("water_temperature_c", {dsp::kWaterTemperatureC.least, dsp::kWaterTemperatureC.most, "degrees C"});
+  const auto salinity =
+      water.number("salinity_per_mille", {dsp::kWaterSalinityPerMille.least, dsp::kWaterSalinityPerMille.most, "per mille"});
+  const auto wavelength = water.number("wavelength_nm", {dsp::kWaterWavelengthNm.least, dsp::kWaterWavelengthNm.most, "nm"});
   if (temperature || salinity || wavelength) {
     if (config.refractive_index)
       water.complain("refractive_index", "either the index or temperature, salinity and wavelength", "both",
                      "leave one of them out");
-    config.refractive_index = dsp::water_index(temperature.value_or(20), salinity.value_or(0), wavelength.value_or(589));
+    if (const auto index =
+            dsp::water_refractive_index(temperature.value_or(20), salinity.value_or(0), wavelength.value_or(589)))
+      config.refractive_index = *index;
   }
   if (water.has("plate")) config.plates = read_plates(water);
 }

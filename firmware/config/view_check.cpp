@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "drivers/support/rank_text.hpp"
-#include "dsp/optics/refraction.hpp"
+#include "dsp/optics/ray_trace.hpp"
 
 namespace srd::firmware {
 

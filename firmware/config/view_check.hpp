@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "dsp/estimate/estimator.hpp"
+#include "dsp/estimate/estimator/estimator.hpp"
 #include "firmware/config/node_config.hpp"
 
 namespace srd::firmware {

@@ -12,7 +12,7 @@
 #include <string_view>
 
 #include "drivers/support/mode_names.hpp"
-#include "dsp/estimate/metric.hpp"
+#include "dsp/estimate/residual/metric.hpp"
 #include "dsp/optics/surface_model.hpp"
 
 namespace srd::host {

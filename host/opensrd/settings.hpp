@@ -9,7 +9,7 @@
 
 #include "drivers/support/problem.hpp"
 #include "dsp/core/image_view.hpp"
-#include "dsp/estimate/estimator.hpp"
+#include "dsp/estimate/estimator/estimator.hpp"
 #include "host/run/pattern_size.hpp"
 
 namespace srd::host::opensrd {

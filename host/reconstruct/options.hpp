@@ -9,7 +9,7 @@
 
 #include "drivers/recording/recorded_optics.hpp"
 #include "drivers/support/problem.hpp"
-#include "dsp/estimate/estimator.hpp"
+#include "dsp/estimate/estimator/estimator.hpp"
 
 namespace srd::host {
 

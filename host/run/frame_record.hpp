@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "dsp/estimate/estimator.hpp"
+#include "dsp/estimate/estimator/estimator.hpp"
 #include "proto/messages.hpp"
 
 namespace srd::host {

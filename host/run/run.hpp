@@ -12,8 +12,8 @@
 
 #include "drivers/geometry/calibration.hpp"
 #include "drivers/geometry/points.hpp"
-#include "dsp/estimate/estimator.hpp"
-#include "dsp/estimate/pattern_estimator.hpp"
+#include "dsp/estimate/estimator/estimator.hpp"
+#include "dsp/estimate/pattern_metric/pattern_estimator.hpp"
 #include "host/run/board_corners.hpp"
 #include "host/run/frame_record.hpp"
 

@@ -5,7 +5,7 @@
 #include <chrono>
 #include <optional>
 
-#include "dsp/estimate/start_history.hpp"
+#include "dsp/estimate/estimator/start_history.hpp"
 #include "host/run/features.hpp"
 #include "host/run/first_surface.hpp"
 #include "host/run/identities.hpp"

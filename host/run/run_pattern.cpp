@@ -3,7 +3,7 @@
 #include <ctime>
 
 #include "drivers/recording/image_file.hpp"
-#include "dsp/estimate/start_history.hpp"
+#include "dsp/estimate/estimator/start_history.hpp"
 #include "host/run/ordered_work.hpp"
 #include "host/run/pattern_mask.hpp"
 #include "host/run/pose_estimation.hpp"

@@ -4,8 +4,8 @@
 
 #include <span>
 
-#include "dsp/estimate/information.hpp"
-#include "dsp/optics/refraction.hpp"
+#include "dsp/estimate/solver/information.hpp"
+#include "dsp/optics/ray_trace.hpp"
 
 namespace srd::study {
 

@@ -5,8 +5,8 @@
 #include <memory>
 #include <span>
 
-#include "dsp/estimate/observation.hpp"
-#include "dsp/optics/crossing.hpp"
+#include "dsp/estimate/residual/observation.hpp"
+#include "dsp/optics/media.hpp"
 #include "dsp/optics/surface_model.hpp"
 
 namespace srd::bench {

@@ -5,7 +5,7 @@
 #include <random>
 
 #include "drivers/camera/simulator/renderer.hpp"
-#include "dsp/estimate/estimator.hpp"
+#include "dsp/estimate/estimator/estimator.hpp"
 #include "tests/bench/measures.hpp"
 #include "tests/bench/scenes.hpp"
 #if SRD_WITH_CERES

@@ -9,7 +9,6 @@
 #include "drivers/geometry/pose.hpp"
 #include "drivers/recording/truth.hpp"
 #include "drivers/support/text_file.hpp"
-#include "dsp/optics/water_index.hpp"
 #include "tests/fakes/scratch_folder.hpp"
 
 namespace srd {
@@ -119,6 +118,8 @@ TEST(Scene, WrongFilesAreRefusedWithTheirLine) {
       {"[pattern]\norigin_square = \"black\"\n", "scene.toml:2: key 'pattern.origin_square'"},
       {"[tank]\nrefractive_index = 1.33\nwater_temperature_c = 20.0\n", "scene.toml:3: key 'tank.water_temperature_c'"},
       {"[tank]\nwater_temperature_c = 20.0\n", "key 'tank.wavelength_nm' is missing"},
+      {"[tank]\nwater_temperature_c = 35.0\nsalinity_per_mille = 0.0\nwavelength_nm = 589.0\n",
+       "scene.toml:2: key 'tank.water_temperature_c'"},
       {"[tank]\nplate = 3\n", "scene.toml:2: key 'tank.plate'"},
       {"[[surface.mode]]\nmean_mm = 80.0\n", "name' is missing"},
       {"[[surface.mode]]\nname = \"D\"\n", "scene.toml:2"},

@@ -5,8 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "dsp/estimate/ray_residual.hpp"
-#include "dsp/estimate/reprojection_residual.hpp"
+#include "dsp/estimate/residual/metric.hpp"
+#include "dsp/estimate/residual/ray_residual.hpp"
+#include "dsp/estimate/residual/reprojection_residual.hpp"
 #include "tests/fakes/synthetic_scene.hpp"
 
 namespace srd::dsp {
@@ -48,7 +49,6 @@ struct Fixture {
 };
 
 const std::vector<std::vector<Layer<double>>> kFloors{{}, {{6, 1.52}, {10, 1.49}}};
-const std::vector<Metric> kMetrics{Metric::kReprojection, Metric::kDisparity, Metric::kCollinearity};
 
 TEST(CornerResidual, VanishesAtTheTruth) {
   for (const auto& floor : kFloors) {

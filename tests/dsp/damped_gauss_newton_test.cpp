@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "dsp/estimate/damped_gauss_newton.hpp"
+#include "dsp/estimate/solver/damped_gauss_newton.hpp"
 
 #include <gtest/gtest.h>
 

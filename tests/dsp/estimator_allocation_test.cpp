@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "dsp/estimate/start_history.hpp"
+#include "dsp/estimate/estimator/start_history.hpp"
 #include "tests/dsp/estimator_fixture.hpp"
 #include "tests/fakes/allocation_gauge.hpp"
 

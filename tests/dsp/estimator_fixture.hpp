@@ -5,13 +5,13 @@
 #include <deque>
 #include <vector>
 
-#include "dsp/estimate/estimator.hpp"
+#include "dsp/estimate/estimator/estimator.hpp"
+#include "dsp/estimate/residual/metric.hpp"
 #include "tests/fakes/synthetic_scene.hpp"
 
 namespace srd::dsp {
 
 inline constexpr double kCornerNoise = 0.1;  // px
-inline constexpr Metric kMetrics[] = {Metric::kReprojection, Metric::kDisparity, Metric::kCollinearity};
 
 template <class S>
 struct Fit {

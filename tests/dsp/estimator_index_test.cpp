@@ -6,8 +6,8 @@
 #include <tuple>
 #include <vector>
 
-#include "dsp/estimate/ray_residual.hpp"
-#include "dsp/estimate/reprojection_residual.hpp"
+#include "dsp/estimate/residual/ray_residual.hpp"
+#include "dsp/estimate/residual/reprojection_residual.hpp"
 #include "tests/dsp/estimator_fixture.hpp"
 
 namespace srd::dsp {

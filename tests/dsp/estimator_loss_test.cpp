@@ -8,7 +8,7 @@
 #include <tuple>
 #include <vector>
 
-#include "dsp/estimate/loss.hpp"
+#include "dsp/estimate/solver/loss.hpp"
 #include "tests/dsp/estimator_fixture.hpp"
 
 namespace srd::dsp {

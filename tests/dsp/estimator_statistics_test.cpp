@@ -7,7 +7,7 @@
 #include <tuple>
 #include <vector>
 
-#include "dsp/estimate/cholesky.hpp"
+#include "dsp/estimate/solver/cholesky.hpp"
 #include "tests/dsp/estimator_fixture.hpp"
 
 namespace srd::dsp {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "dsp/estimate/estimator.hpp"
+#include "dsp/estimate/estimator/estimator.hpp"
 
 #include <gtest/gtest.h>
 

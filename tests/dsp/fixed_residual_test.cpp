@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "dsp/estimate/fixed_residual.hpp"
+#include "dsp/estimate/fixed_point/fixed_residual.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "dsp/estimate/ray_residual.hpp"
+#include "dsp/estimate/residual/ray_residual.hpp"
 #include "tests/fakes/synthetic_scene.hpp"
 
 namespace srd::dsp {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "dsp/estimate/pattern_estimator.hpp"
+#include "dsp/estimate/pattern_metric/pattern_estimator.hpp"
 
 #include <gtest/gtest.h>
 

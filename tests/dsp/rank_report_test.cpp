@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "dsp/estimate/rank_report.hpp"
+#include "dsp/estimate/solver/rank_report.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "dsp/estimate/start_history.hpp"
+#include "dsp/estimate/estimator/start_history.hpp"
 
 #include <gtest/gtest.h>
 

@@ -9,8 +9,8 @@
 #include <span>
 #include <vector>
 
-#include "dsp/estimate/observation.hpp"
-#include "dsp/optics/refraction.hpp"
+#include "dsp/estimate/residual/observation.hpp"
+#include "dsp/optics/ray_trace.hpp"
 
 namespace srd::fakes {
 

@@ -7,7 +7,7 @@
 #include <array>
 #include <vector>
 
-#include "dsp/optics/refraction.hpp"
+#include "dsp/optics/ray_trace.hpp"
 
 namespace srd {
 

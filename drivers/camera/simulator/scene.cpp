@@ -9,7 +9,7 @@
 #include "drivers/geometry/pose.hpp"
 #include "drivers/support/text_file.hpp"
 #include "drivers/support/toml_reader.hpp"
-#include "dsp/optics/water_index.hpp"
+#include "dsp/optics/refractive_index.hpp"
 
 namespace srd {
 
@@ -92,9 +92,12 @@ void read_pattern(TomlTable table, BoardPattern& pattern) {
 void read_tank(TomlTable table, Scene& scene) {
   const bool by_index = table.has("refractive_index");
   set(scene.media.water, table.number("refractive_index", range(1, 2)));
-  const auto temperature = table.number("water_temperature_c", range(0, 40, "degrees C"));
-  const auto salinity = table.number("salinity_per_mille", range(0, 50, "per mille"));
-  const auto wavelength = table.number("wavelength_nm", range(350, 1000, "nm"));
+  const auto temperature =
+      table.number("water_temperature_c", range(dsp::kWaterTemperatureC.least, dsp::kWaterTemperatureC.most, "degrees C"));
+  const auto salinity = table.number("salinity_per_mille",
+                                     range(dsp::kWaterSalinityPerMille.least, dsp::kWaterSalinityPerMille.most, "per mille"));
+  const auto wavelength =
+      table.number("wavelength_nm", range(dsp::kWaterWavelengthNm.least, dsp::kWaterWavelengthNm.most, "nm"));
   int given = 0;
   for (const char* key : {"water_temperature_c", "salinity_per_mille", "wavelength_nm"}) {
     if (!table.has(key)) continue;
@@ -104,7 +107,8 @@ void read_tank(TomlTable table, Scene& scene) {
   if (given > 0 && given < 3 && !by_index)
     for (const char* key : {"water_temperature_c", "salinity_per_mille", "wavelength_nm"})
       if (!table.has(key)) table.missing(key, "temperature, salinity and wavelength together");
-  if (temperature && salinity && wavelength) scene.media.water = dsp::water_index(*temperature, *salinity, *wavelength);
+  if (temperature && salinity && wavelength)
+    if (const auto index = dsp::water_refractive_index(*temperature, *salinity, *wavelength)) scene.media.water = *index;
   if (!table.has("plate")) return;
   scene.media.n_layers = 0;
   for (TomlTable plate : table.tables("plate")) {

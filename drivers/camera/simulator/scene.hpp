@@ -12,7 +12,7 @@
 #include "drivers/geometry/calibration.hpp"
 #include "drivers/geometry/points.hpp"
 #include "drivers/support/problem.hpp"
-#include "dsp/optics/refraction.hpp"
+#include "dsp/optics/ray_trace.hpp"
 
 namespace srd {
 

@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "dsp/estimate/estimator.hpp"
+#include "dsp/estimate/estimator/estimator.hpp"
 #include "dsp/frontend/board_finder.hpp"
-#include "dsp/optics/refraction.hpp"
+#include "dsp/optics/ray_trace.hpp"
 
 namespace {
 
