@@ -159,6 +159,68 @@ TEST(V4l2Plan, SaysWhichControlsAreMissing) {
   EXPECT_EQ(set_to(lines, V4L2_CID_EXPOSURE), -1);
 }
 
+// 1456 + 304 pixels at 100 million a second: a line of 17.6 us.
+ScriptedV4l2Device line_sensor() {
+  ScriptedV4l2Device device;
+  device.formats = {{V4L2_PIX_FMT_Y10, 1456, 1088}};
+  device.pixel_rate = 100'000'000;
+  device.controls[V4L2_CID_HBLANK] = {304, 304, 1, 304, {}, V4L2_CTRL_FLAG_READ_ONLY};
+  device.controls[V4L2_CID_EXPOSURE] = {4, 1100, 1, 500};
+  return device;
+}
+
+TEST(V4l2Plan, ConvertsAnExposureToTheLinesOfTheSensor) {
+  ScriptedV4l2Device device = line_sensor();
+  V4l2Ask ask = ask_for(1456, 1088);
+  ask.exposure_us = 1760;
+  const V4l2Plan exact = planned(device, ask);
+  EXPECT_EQ(set_to(exact, V4L2_CID_EXPOSURE), 100);
+  EXPECT_EQ(device.controls[V4L2_CID_EXPOSURE].value, 100);
+  EXPECT_EQ(exact.exposure_ns, 1'760'000);
+  EXPECT_FALSE(noted(exact, "exposure"));
+  ask.exposure_us = 2000;  // 113.6 lines
+  const V4l2Plan nearest = planned(device, ask);
+  EXPECT_EQ(set_to(nearest, V4L2_CID_EXPOSURE), 114);
+  EXPECT_EQ(nearest.exposure_ns, 2'006'400);
+  EXPECT_TRUE(noted(nearest,
+                    "exposure 2006.4 us (114 lines) instead of 2000 us: the device takes 70.4 to 19360 us, in lines of "
+                    "17.6 us"));
+  ask.exposure_us = 30'000;
+  EXPECT_EQ(planned(device, ask).exposure_ns, 19'360'000) << "the longest that it takes";
+}
+
+TEST(V4l2Plan, ReadsAnExposureInLinesThatIsLeftAsItIs) {
+  ScriptedV4l2Device device = line_sensor();
+  const V4l2Plan plan = planned(device, ask_for(1456, 1088));
+  EXPECT_EQ(plan.exposure_ns, 8'800'000) << "500 lines";
+  EXPECT_TRUE(noted(plan, "exposure left at 8800 us"));
+}
+
+TEST(V4l2Plan, CountsALineOverTheSensorsCropWhereTheImageIsBinned) {
+  ScriptedV4l2Device device = line_sensor();
+  device.formats = {{V4L2_PIX_FMT_Y10, 728, 544}};
+  device.crop_width = 1456;
+  V4l2Ask ask = ask_for(728, 544);
+  ask.exposure_us = 1760;
+  EXPECT_EQ(set_to(planned(device, ask), V4L2_CID_EXPOSURE), 100);
+}
+
+TEST(V4l2Plan, SaysThatAnExposureInLinesNeedsTheLineTime) {
+  for (const bool rate : {false, true}) {
+    ScriptedV4l2Device device = line_sensor();
+    if (rate)
+      device.controls.erase(V4L2_CID_HBLANK);
+    else
+      device.pixel_rate = 0;
+    V4l2Ask ask = ask_for(1456, 1088);
+    ask.exposure_us = 2000;
+    const V4l2Plan plan = planned(device, ask);
+    EXPECT_EQ(set_to(plan, V4L2_CID_EXPOSURE), -1);
+    EXPECT_EQ(device.controls[V4L2_CID_EXPOSURE].value, 500);
+    EXPECT_TRUE(noted(plan, "does not tell how long a line is")) << "pixel rate told: " << rate;
+  }
+}
+
 TEST(V4l2Plan, LeavesOutControlsThatTheDeviceRefuses) {
   ScriptedV4l2Device device;
   device.controls[V4L2_CID_EXPOSURE_ABSOLUTE] = {5, 2500, 1, 150};

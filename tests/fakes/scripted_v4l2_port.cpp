@@ -100,6 +100,18 @@ int ScriptedV4l2Port::control(unsigned long request, void* argument) noexcept {
       value.value = found->second.value;
       return 0;
     }
+    case VIDIOC_G_EXT_CTRLS: {
+      v4l2_ext_control& value = *static_cast<v4l2_ext_controls*>(argument)->controls;
+      if (value.id != V4L2_CID_PIXEL_RATE || device_.pixel_rate == 0) return EINVAL;
+      value.value64 = device_.pixel_rate;
+      return 0;
+    }
+    case VIDIOC_G_SELECTION: {
+      auto& selection = *static_cast<v4l2_selection*>(argument);
+      if (selection.target != V4L2_SEL_TGT_CROP || device_.crop_width == 0) return EINVAL;
+      selection.r.width = static_cast<std::uint32_t>(device_.crop_width);
+      return 0;
+    }
     case VIDIOC_ENUM_FMT:
     case VIDIOC_ENUM_FRAMESIZES:
     case VIDIOC_ENUM_FRAMEINTERVALS: return answer_enumeration(request, argument);

@@ -37,6 +37,8 @@ struct ScriptedV4l2Device {
   std::uint32_t capabilities = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
   std::vector<ScriptedFormat> formats{{}};
   std::map<std::uint32_t, ScriptedControl> controls;
+  std::int64_t pixel_rate = 0;  // V4L2_CID_PIXEL_RATE, of 64 bits; 0: it has none
+  int crop_width = 0;           // of the sensor, px; 0: it tells none
   std::uint32_t field = V4L2_FIELD_NONE;
   std::uint32_t buffer_flags = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC | V4L2_BUF_FLAG_TSTAMP_SRC_EOF;
   bool sets_rate = true;

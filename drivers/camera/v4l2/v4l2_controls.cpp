@@ -8,6 +8,7 @@
 #include <cstring>
 #include <limits>
 
+#include "drivers/camera/v4l2/v4l2_line_time.hpp"
 #include "drivers/support/text_file.hpp"
 
 namespace srd {
@@ -57,12 +58,15 @@ std::string range_of(const v4l2_queryctrl& control, std::int64_t unit, const cha
 void plan_exposure(V4l2Port& port, std::optional<std::int64_t> exposure_us, V4l2Settings& settings, V4l2ControlPlan& plan) {
   const auto automatic = find(port, V4L2_CID_EXPOSURE_AUTO);
   const auto absolute = find(port, V4L2_CID_EXPOSURE_ABSOLUTE);
-  const auto lines = find(port, V4L2_CID_EXPOSURE);
+  const auto lines = absolute ? std::nullopt : find(port, V4L2_CID_EXPOSURE);
+  const double line_ns = lines ? v4l2_line_time_ns(port, settings).value_or(0) : 0;  // 0: unknown
   if (!exposure_us) {
     const auto mode = automatic ? value_of(port, V4L2_CID_EXPOSURE_AUTO) : std::optional<std::int32_t>();
     const bool fixed = !mode || *mode == V4L2_EXPOSURE_MANUAL || *mode == V4L2_EXPOSURE_SHUTTER_PRIORITY;
     if (absolute && fixed)
       if (const auto value = value_of(port, V4L2_CID_EXPOSURE_ABSOLUTE)) plan.exposure_ns = 1000 * kAbsoluteUnitUs * *value;
+    if (line_ns > 0 && fixed)
+      if (const auto value = value_of(port, V4L2_CID_EXPOSURE)) plan.exposure_ns = std::llround(line_ns * *value);
     plan.notes.push_back(plan.exposure_ns > 0 ? "exposure left at " + std::to_string(plan.exposure_ns / 1000) + " us"
                          : fixed              ? "exposure left as it is, unknown"
                                               : "exposure left automatic: frames have no known exposure");
@@ -89,11 +93,23 @@ void plan_exposure(V4l2Port& port, std::optional<std::int64_t> exposure_us, V4l2
       plan.notes.push_back("exposure " + std::to_string(us) + " us instead of " + wanted + ": the device takes " +
                            range_of(*absolute, kAbsoluteUnitUs, "us") + ", in steps of " +
                            std::to_string(kAbsoluteUnitUs * std::max(1, absolute->step)) + " us");
+  } else if (lines && line_ns > 0) {
+    // To the nearest line: less than a line's difference is the sensor's resolution, more is its range.
+    const std::int32_t value = nearest(*lines, static_cast<double>(*exposure_us) * 1000 / line_ns);
+    settings.add_control(V4L2_CID_EXPOSURE, value);
+    plan.exposure_ns = std::llround(line_ns * value);
+    const auto us = [&](double count) { return number_text(std::round(count * line_ns / 100) / 10); };
+    if (std::abs(static_cast<double>(plan.exposure_ns) - static_cast<double>(*exposure_us) * 1000) >= 500)
+      plan.notes.push_back("exposure " + us(value) + " us (" + std::to_string(value) + " lines) instead of " + wanted +
+                           ": the device takes " + us(lines->minimum) + " to " + us(lines->maximum) + " us, in lines of " +
+                           number_text(std::round(line_ns) / 1000) + " us");
   } else if (lines) {
     const auto now = value_of(port, V4L2_CID_EXPOSURE);
     plan.notes.push_back("exposure cannot be set in us: the device takes lines (" + range_of(*lines, 1, "") +
                          (now ? ", now " + std::to_string(*now) : std::string()) +
-                         "); left as it is, and frames are timed as if it were " + wanted);
+                         ") and does not tell how long a line is (pixel rate, horizontal blanking); left as it is, and frames "
+                         "are timed as if it were " +
+                         wanted);
   } else {
     plan.notes.push_back("exposure cannot be set: the device has no such control; frames are timed as if it were " + wanted);
   }
@@ -160,7 +176,8 @@ const char* name_of(std::uint32_t id) {
   switch (id) {
     case V4L2_CID_EXPOSURE_AUTO: return "manual exposure";
     case V4L2_CID_EXPOSURE_AUTO_PRIORITY: return "a fixed frame rate";
-    case V4L2_CID_EXPOSURE_ABSOLUTE: return "exposure";
+    case V4L2_CID_EXPOSURE_ABSOLUTE:
+    case V4L2_CID_EXPOSURE: return "exposure";
     case V4L2_CID_AUTOGAIN: return "manual gain";
     case V4L2_CID_SHARPNESS: return "sharpness";
     case V4L2_CID_AUTO_WHITE_BALANCE: return "a fixed white balance";

@@ -25,6 +25,7 @@ struct V4l2ControlPlan {
   std::vector<std::string> concerns;  // what of the image the device still changes: Camera::image_concerns
 };
 
+// settings: format and size are agreed. An exposure in lines is converted where the device tells how long a line is.
 // Sets, and adds to settings, what switches automatic exposure and gain off and then the values, in the order in which
 // the device needs them. Sharpening, automatic focus and white balance, backlight compensation, wide dynamic range,
 // stabilisation and the power-line filter are off or at their least, contrast and gamma neutral, where the device has them:
