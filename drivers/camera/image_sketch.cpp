@@ -15,6 +15,9 @@ constexpr int kDark = 40;           // grey level that nearly all of a dark imag
 constexpr int kTwelveBits = 16;     // the upper byte of 12 bits that lie at the lower end of 16 is 0 to 15
 constexpr int kLeastContrast = 60;  // of the detector's default threshold
 constexpr double kMosaic = 1.3, kMosaicLevels = 4;
+constexpr double kMostSaturated = 0.2;
+constexpr int kReach = 4;           // px
+constexpr double kSteepest = 0.35;  // a blur of 4.4 px: the corner fit follows up to 4
 
 }  // namespace
 
@@ -28,51 +31,74 @@ ImageSketch::ImageSketch(const GrayView& image) noexcept {
       second_ += static_cast<std::uint64_t>(std::abs(row[u] - row[u + 2]));
       ++pixels_;
     }
+    for (int u = 0; u + kReach < image.width; ++u, ++far_)
+      ++steps_[static_cast<std::size_t>(std::abs(row[u] - row[u + kReach]))];
   }
 }
 
-int ImageSketch::level(int permille) const noexcept {
+int ImageSketch::level_of(const Histogram& histogram, std::uint64_t all, int permille) noexcept {
   std::uint64_t below = 0;
   for (int grey = 0; grey < 256; ++grey) {
-    below += histogram_[static_cast<std::size_t>(grey)];
-    if (below * 1000 >= pixels_ * static_cast<std::uint64_t>(permille)) return grey;
+    below += histogram[static_cast<std::size_t>(grey)];
+    if (below * 1000 >= all * static_cast<std::uint64_t>(permille)) return grey;
   }
   return 255;
 }
 
+int ImageSketch::level(int permille) const noexcept { return level_of(histogram_, pixels_, permille); }
+
+double ImageSketch::steepest() const noexcept {
+  const int contrast = level(990) - level(10);
+  return contrast <= 0 ? 1 : std::min(1.0, static_cast<double>(level_of(steps_, far_, 995)) / contrast);
+}
+
+ImageFault ImageSketch::fault() const noexcept {
+  if (!taken()) return ImageFault::kNone;
+  const int dark = level(10), bright = level(990);
+  if (level(1000) < kTwelveBits) return ImageFault::kNearlyBlack;
+  if (bright < kDark) return ImageFault::kDark;
+  if (static_cast<double>(histogram_[255]) > kMostSaturated * static_cast<double>(pixels_)) return ImageFault::kSaturated;
+  if (neighbours() > kMosaicLevels && neighbours() > kMosaic * second_neighbours()) return ImageFault::kMosaic;
+  if (bright - dark < kLeastContrast) return ImageFault::kLittleContrast;
+  if (steepest() < kSteepest) return ImageFault::kBlurred;
+  return ImageFault::kNone;
+}
+
 std::string ImageSketch::diagnosis() const {
   if (!taken()) return {};
-  const int dark = level(10), bright = level(990), brightest = level(1000);
-  const double saturated = static_cast<double>(histogram_[255]) / static_cast<double>(pixels_);
-  if (brightest < kTwelveBits)
-    return formatted(
-        "the image is nearly black: no grey level above %d of 255. Pixels of 10 or 12 bits at the lower end of 16 look "
-        "so (files: shift them up or save 8 bits; V4L2: camera.format Y10 or Y12); else the lens cap, the light, "
-        "camera.exposure_us",
-        brightest);
-  if (bright < kDark)
-    return formatted(
-        "the image is too dark: 99 %% of it is at or below grey level %d of 255. Look at the light, camera.exposure_us, "
-        "camera.gain and the aperture",
-        bright);
-  if (saturated > 0.2)
-    return formatted("%.0f %% of the image is saturated (255). Look at camera.exposure_us, camera.gain, reflections",
-                     100 * saturated);
-  if (neighbours() > kMosaicLevels && neighbours() > kMosaic * second_neighbours())
-    return formatted(
-        "neighbouring pixels differ by %.0f grey levels, every second one by %.0f only: this is the mosaic of a colour "
-        "sensor taken for grey. Convert it to grey first, or choose a format that the camera converts (camera.format)",
-        neighbours(), second_neighbours());
-  if (bright - dark < kLeastContrast)
-    return formatted(
-        "the image has little contrast: 98 %% of it lies between grey levels %d and %d. Is the pattern in view, in focus, "
-        "evenly lit?",
-        dark, bright);
-  return formatted(
-      "the image itself looks sound (grey levels %d to %d). Is the whole pattern in view and in focus; are pattern.rows, "
-      ".columns and .square_mm its own; is the image upside down or mirrored, or are black and white swapped "
-      "(geometry.pose, pattern.first_square); is surface.guess_mm the water's level?",
-      dark, bright);
+  const int dark = level(10), bright = level(990);
+  const std::string light = "Look at the light, camera.exposure_us, camera.gain and the aperture";
+  switch (fault()) {
+    case ImageFault::kNearlyBlack:
+      return formatted("the image is nearly black: no grey level above %d of 255. ", level(1000)) +
+             "Pixels of 10 or 12 bits at the lower end of 16 look so (recordings: camera.bits, --bits of srd reconstruct; "
+             "V4L2: "
+             "camera.format Y10 or Y12); else the lens cap, the light, camera.exposure_us";
+    case ImageFault::kDark:
+      return formatted("the image is too dark: 99 %% of it is at or below grey level %d of 255. ", bright) + light;
+    case ImageFault::kSaturated:
+      return formatted("the image is too bright: %.0f %% of it is saturated (255). ",
+                       100 * static_cast<double>(histogram_[255]) / static_cast<double>(pixels_)) +
+             light + "; reflections";
+    case ImageFault::kMosaic:
+      return formatted("neighbouring pixels differ by %.0f grey levels, every second one by %.0f only: ", neighbours(),
+                       second_neighbours()) +
+             "this is the mosaic of a colour sensor (Bayer) taken for grey. Convert it to grey first, or choose a format that "
+             "the camera converts (camera.format)";
+    case ImageFault::kLittleContrast:
+      return formatted("the image has little contrast: 98 %% of it lies between grey levels %d and %d. ", dark, bright) +
+             "Is the pattern in view, in focus, evenly lit?";
+    case ImageFault::kBlurred:
+      return formatted("the image is blurred: its steepest edges take %.0f %% of the contrast within %d px, sharp ones all. ",
+                       100 * steepest(), kReach) +
+             "Focus the lens (camera.focus), look for drops and mist on it, shorten the exposure; or is the pattern not in "
+             "view?";
+    case ImageFault::kNone: break;
+  }
+  return formatted("the image itself looks sound (grey levels %d to %d). ", dark, bright) +
+         "Is the whole pattern in view; are pattern.rows, .columns and .square_mm its own; is the image upside down or "
+         "mirrored, "
+         "or are black and white swapped (geometry.pose, pattern.first_square); is surface.guess_mm the water's level?";
 }
 
 }  // namespace srd

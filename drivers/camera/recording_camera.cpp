@@ -17,8 +17,9 @@ Outcome<void> RecordingCamera::start() {
 
   Problem first_problem;
   for (const std::string& file : files_) {
-    const Outcome<GrayImage> image = read_gray_image(file);
+    const Outcome<GrayImage> image = read_gray_image(file, options_.sample_bits);
     if (image) {
+      bits_advice_ = bits_advice(*image, "camera.bits");
       pool_.reserve(image->width, image->height, std::clamp(options_.buffers, 3, FramePool::kMostBuffers));
       next_ = 0;
       pacer_.start();
@@ -44,7 +45,7 @@ Capture RecordingCamera::next(CameraFrame& frame, Nanoseconds timeout) noexcept 
   frame.exposure_us = recorded.exposure_us;
   frame.strobe = recorded.strobe;
   const GrayBuffer target{pool_.pixels(*buffer), pool_.width(), pool_.height(), pool_.stride_bytes()};
-  if (!read_gray_image_into(files_[next_++], target)) {
+  if (!read_gray_image_into(files_[next_++], target, options_.sample_bits)) {
     pool_.release(*buffer);
     return Capture::kBadFrame;
   }
@@ -60,6 +61,7 @@ void RecordingCamera::give_back(const CameraFrame& frame) noexcept {
 std::string RecordingCamera::summary() const {
   std::string text;
   for (const std::string& note : recording_.notes) text += "note      " + folder_.string() + ": " + note + "\n";
+  if (!bits_advice_.empty()) text += "note      " + folder_.string() + ": " + bits_advice_ + "\n";
   return text;
 }
 

@@ -15,7 +15,8 @@ namespace srd {
 struct RecordingCameraOptions {
   Pace pace = Pace::kCamera;
   RecordingTimes times;
-  int buffers = 4;  // at least 3 are reserved, at most FramePool::kMostBuffers
+  int sample_bits = 0;  // of images with two bytes a sample: as read_gray_image takes it
+  int buffers = 4;      // at least 3 are reserved, at most FramePool::kMostBuffers
 };
 
 // Frames have the clock kRecording, and the size of the first image that can be read. An image that is
@@ -45,6 +46,7 @@ class RecordingCamera final : public Camera {
   RecordingCameraOptions options_;
   Recording recording_;
   std::vector<std::string> files_;  // whole paths, so that next builds none
+  std::string bits_advice_;         // of the first image
   FramePool pool_;
   FramePacer pacer_;
   std::size_t next_ = 0;

@@ -37,7 +37,7 @@ bool cut_jpeg(const std::string& file) {
 
 }  // namespace
 
-bool read_other_image(const std::string& file, GrayImage& image) noexcept {
+bool read_other_image(const std::string& file, GrayImage& image, int sample_bits) noexcept {
   try {
     if (cut_jpeg(file)) return false;
     const cv::Mat decoded = cv::imread(file, cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION);
@@ -46,13 +46,20 @@ bool read_other_image(const std::string& file, GrayImage& image) noexcept {
     image.height = decoded.rows;
     image.pixels.resize(decoded.total());
     std::uint8_t* to = image.pixels.data();
+    unsigned set = 0;
+    image.sample_bits = decoded.type() == CV_8UC1 ? 8 : sample_bits == 0 ? 16 : sample_bits;
+    const int shift = image.sample_bits - 8;
     for (int v = 0; v < decoded.rows; ++v, to += decoded.cols) {
       if (decoded.type() == CV_8UC1)
         std::memcpy(to, decoded.ptr(v), static_cast<std::size_t>(decoded.cols));
       else
         std::transform(decoded.ptr<std::uint16_t>(v), decoded.ptr<std::uint16_t>(v) + decoded.cols, to,
-                       [](std::uint16_t value) { return static_cast<std::uint8_t>(value >> 8); });
+                       [&](std::uint16_t value) {
+                         set |= value;
+                         return static_cast<std::uint8_t>(std::min(255, value >> shift));
+                       });
     }
+    image.bits_set = static_cast<std::uint16_t>(set);
     return !image.pixels.empty();
   } catch (const std::exception&) {
     return false;

@@ -95,9 +95,14 @@ bool pgm_header(FileReader& file, PgmHeader& header) {
   return header.width > 0 && header.height > 0 && header.maximum > 0;
 }
 
-bool pgm_pixels(FileReader& file, const PgmHeader& header, const GrayBuffer& to) {
+bool pgm_pixels(FileReader& file, const PgmHeader& header, const GrayBuffer& to, PgmSamples& samples) {
   const auto width = static_cast<std::size_t>(header.width);
-  const int shift = std::max(0, static_cast<int>(std::bit_width(static_cast<unsigned>(header.maximum))) - 8);
+  if (header.maximum < 256)
+    samples.bits = 8;
+  else if (samples.bits == 0)
+    samples.bits = std::bit_width(static_cast<unsigned>(header.maximum));
+  const int shift = samples.bits - 8;
+  unsigned set = 0;
   std::array<unsigned char, 4096> chunk;
   for (int v = 0; v < header.height; ++v) {
     std::uint8_t* row = to.pixels + static_cast<std::int64_t>(v) * to.stride_bytes;
@@ -108,10 +113,14 @@ bool pgm_pixels(FileReader& file, const PgmHeader& header, const GrayBuffer& to)
     for (std::size_t u = 0; u < width;) {
       const std::size_t n = std::min(width - u, chunk.size() / 2);
       if (!file.read(chunk.data(), 2 * n)) return false;
-      for (std::size_t i = 0; i < n; ++i, ++u)
-        row[u] = static_cast<std::uint8_t>(std::min(255, ((chunk[2 * i] << 8) | chunk[2 * i + 1]) >> shift));
+      for (std::size_t i = 0; i < n; ++i, ++u) {
+        const unsigned sample = static_cast<unsigned>(chunk[2 * i]) << 8 | chunk[2 * i + 1];
+        set |= sample;
+        row[u] = static_cast<std::uint8_t>(std::min(255U, sample >> shift));
+      }
     }
   }
+  samples.set = static_cast<std::uint16_t>(set);
   return true;
 }
 
@@ -126,10 +135,11 @@ std::optional<PgmSize> pgm_size(const std::string& file) noexcept {
                  static_cast<std::size_t>(header.width) * static_cast<std::size_t>(header.height) * depth};
 }
 
-bool read_pgm(const std::string& file, const GrayBuffer& to) noexcept {
+bool read_pgm(const std::string& file, const GrayBuffer& to, PgmSamples& samples) noexcept {
   FileReader reader(file.c_str());
   PgmHeader header;
-  return pgm_header(reader, header) && header.width == to.width && header.height == to.height && pgm_pixels(reader, header, to);
+  return pgm_header(reader, header) && header.width == to.width && header.height == to.height &&
+         pgm_pixels(reader, header, to, samples);
 }
 
 bool write_pgm(const std::string& file, const GrayView& image) {

@@ -11,9 +11,9 @@ namespace srd {
 // By the file's first bytes.
 [[nodiscard]] bool is_png(const std::string& file) noexcept;
 
-// 16-bit values lose their low byte, colour is weighed 0.299, 0.587, 0.114, transparency is ignored.
+// Samples as read_gray_image takes them, colour is weighed 0.299, 0.587, 0.114, transparency is ignored.
 // False: no whole PNG.
-[[nodiscard]] bool read_png(const std::string& file, GrayImage& image) noexcept;
+[[nodiscard]] bool read_png(const std::string& file, GrayImage& image, int sample_bits) noexcept;
 
 // level: 0 fastest to 9 smallest. False when it cannot be written whole; errno says why when the system refused.
 [[nodiscard]] bool write_png(const std::string& file, const GrayView& image, int level) noexcept;

@@ -87,6 +87,7 @@ Outcome<std::unique_ptr<Camera>> make_camera(const NodeConfig& config, const std
     RecordingCameraOptions options;
     options.pace = config.pace;
     options.times = {config.recording_rate_hz.value_or(config.frame_rate_hz), config.recording_rate_hz.has_value()};
+    options.sample_bits = config.recording_bits;
     return std::unique_ptr<Camera>(std::make_unique<RecordingCamera>(config.camera->argument, options));
   }
   const int width = config.live.width.value_or(place.width), height = config.live.height.value_or(place.height);

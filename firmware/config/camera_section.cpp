@@ -3,6 +3,7 @@
 
 #include "drivers/camera/frame_pool.hpp"
 #include "drivers/camera/v4l2/v4l2_format.hpp"
+#include "drivers/recording/image_file.hpp"
 #include "drivers/support/text_file.hpp"
 #include "drivers/support/toml_reader.hpp"
 #include "firmware/config/node_config.hpp"
@@ -79,6 +80,7 @@ void read_camera(TomlTable camera, const std::filesystem::path& folder, NodeConf
   }
   if (auto rate = camera.choice("rate", {"camera", "max"})) config.pace = *rate == "max" ? Pace::kMax : Pace::kCamera;
   if (auto rate = camera.number("frame_rate_hz", {0.001, 10000, "Hz"})) config.frame_rate_hz = *rate;
+  if (auto bits = camera.integer("bits", {kLeastSampleBits, kMostSampleBits})) config.recording_bits = static_cast<int>(*bits);
   if (auto scene = camera.text("scene")) config.scene = folder / *scene;
   read_live(camera, config.live);
   if (const double period_us = 1e6 / config.frame_rate_hz; static_cast<double>(config.live.exposure_us.value_or(0)) > period_us)

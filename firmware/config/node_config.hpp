@@ -40,6 +40,7 @@ struct NodeConfig {
   std::optional<CameraSource> camera;
   Pace pace = Pace::kCamera;
   double frame_rate_hz = 50;                   // of a live camera, and of a recording without frames.csv
+  int recording_bits = 0;                      // of samples of two bytes in a recording's images; 0: as read_gray_image
   std::optional<double> recording_rate_hz;     // the times of a recording follow from its sequence, at this rate
   std::optional<std::filesystem::path> scene;  // of the simulator; none: the built-in flume
   LiveCamera live;

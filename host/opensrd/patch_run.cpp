@@ -43,8 +43,8 @@ Outcome<void> check_request(const Settings& settings, const Overrides& overrides
 
 // The release's list, and a list row by row for those who made theirs so: the image tells which fits.
 Outcome<PoseFit> pose_of(const CameraSettings& camera, const Calibration& calibration, const Points& listed,
-                         const Settings& settings, dsp::CheckerPlane& plane) {
-  const Outcome<GrayImage> image = read_gray_image(camera.reference);
+                         const Settings& settings, int sample_bits, dsp::CheckerPlane& plane) {
+  const Outcome<GrayImage> image = read_gray_image(camera.reference, sample_bits);
   if (!image) return image.error();
   if (auto right = check_size(image->view(), calibration, camera.reference); !right) return right.error();
   const CornerSearch search{settings.response_radius, settings.response_threshold, settings.min_distance_px};
@@ -107,7 +107,7 @@ Outcome<void> place_region(RunPlan& plan) {
   PatternRun& pattern = *plan.pattern_run;
   const RunCamera& camera = plan.cameras.front();
   const std::filesystem::path& file = camera.frames.front();
-  const Outcome<GrayImage> image = read_gray_image(file);
+  const Outcome<GrayImage> image = read_gray_image(file, plan.sample_bits);
   if (!image) return image.error();
   if (auto right = check_size(image->view(), camera.calibration, file); !right) return right.error();
   const Region& region = pattern.region;
@@ -176,6 +176,7 @@ Outcome<Preparation> prepare_patch(const Settings& settings, const Overrides& ov
   if (auto good = check_request(settings, overrides); !good) return good.error();
   Preparation made;
   RunPlan& plan = made.plan;
+  plan.sample_bits = overrides.sample_bits;
   made.warnings = settings.warnings;
   made.head.push_back("settings: " + settings.file.string() + " (" + to_string(settings.dialect) + ")");
   const CameraSettings& given = settings.cameras.front();
@@ -203,7 +204,7 @@ Outcome<Preparation> prepare_patch(const Settings& settings, const Overrides& ov
                    std::to_string(listed->size()),
                    "mend the file or the settings"};
   if (auto good = check_spacing(*listed, settings, given.pose_points); !good) return good.error();
-  const Outcome<PoseFit> fit = pose_of(given, *calibration, *listed, settings, pattern.plane);
+  const Outcome<PoseFit> fit = pose_of(given, *calibration, *listed, settings, overrides.sample_bits, pattern.plane);
   if (!fit) return fit.error();
   made.fits.push_back(*fit);
   made.warnings.insert(made.warnings.end(), fit->warnings.begin(), fit->warnings.end());

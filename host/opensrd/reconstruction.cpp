@@ -60,6 +60,7 @@ Outcome<Preparation> prepare(const Settings& settings, const Overrides& override
   if (settings.dialect == Dialect::k2017) return prepare_patch(settings, overrides);
   Preparation made;
   RunPlan& plan = made.plan;
+  plan.sample_bits = overrides.sample_bits;
   made.warnings = settings.warnings;
   plan.pattern = settings.pattern;
   plan.search = {settings.response_radius, settings.response_threshold, settings.min_distance_px};
@@ -103,8 +104,8 @@ Outcome<Preparation> prepare(const Settings& settings, const Overrides& override
         if (!read) return read.error();
         board = *read;
       }
-      Outcome<PoseFit> fitted =
-          pose_from_image(given.reference, *calibration, seen_order(board, given.position), settings.board, plan.search);
+      Outcome<PoseFit> fitted = pose_from_image(given.reference, *calibration, seen_order(board, given.position),
+                                                settings.board, plan.search, plan.sample_bits);
       if (!fitted) return fitted.error();
       fit = *fitted;
       made.warnings.insert(made.warnings.end(), fit->warnings.begin(), fit->warnings.end());

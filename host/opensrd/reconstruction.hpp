@@ -22,6 +22,7 @@ struct Overrides {
   bool free_index = false;                        // estimate the index of water
   std::optional<int> model;                       // k2017: parameters of the surface; 2: the release's form
   Plates plates{};                                // on the pattern, from the top down
+  int sample_bits = 0;                            // of the images, as read_gray_image takes it
 };
 
 struct Preparation {

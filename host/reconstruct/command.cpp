@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "drivers/recording/image_file.hpp"
 #include "drivers/recording/recording.hpp"
 #include "drivers/support/text_file.hpp"
 #include "host/reconstruct/options.hpp"
@@ -122,6 +123,11 @@ void add_reconstruct_command(CLI::App& app, int& exit_code) {
                    "frames a second: of images that carry no time; of a recording with frames.csv, times then follow from the "
                    "sequence and not from its clock")
       ->check(within(0, 1e6, "Hz"));
+  command
+      ->add_option("--bits", options->sample_bits,
+                   "bits of the images' samples where they take two bytes each and lie at the lower end (default: 16; in a PGM "
+                   "those of its maximum)")
+      ->check(CLI::Range(kLeastSampleBits, kMostSampleBits));
   const char* settings_only = "OpenSRD settings";
   command->add_option("--features", options->features, "features of an earlier run (its --out folder) instead of images")
       ->group(settings_only);

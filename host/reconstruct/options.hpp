@@ -23,6 +23,7 @@ struct ReconstructOptions {
   std::optional<dsp::Metric> metric;
   dsp::Loss loss = dsp::Loss::kNone;
   std::optional<double> rate_hz;
+  int sample_bits = 0;  // --bits; 0: as read_gray_image
   // OpenSRD settings only.
   std::optional<std::filesystem::path> features;
   std::optional<int> model;  // parameters; 2: level-normal, for settings of the 2017 release only

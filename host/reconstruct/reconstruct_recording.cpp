@@ -146,6 +146,7 @@ Outcome<RunPlan> plan_of(const ReconstructOptions& options, const Recording& rec
     plan.times_ns.push_back(frame.time_ns);
   }
   plan.threads = options.threads;
+  plan.sample_bits = options.sample_bits;
   plan.times_known = recording.listed || options.rate_hz;
   plan.cameras.push_back(std::move(camera));
   return plan;

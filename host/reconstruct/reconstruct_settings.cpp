@@ -35,7 +35,7 @@ Outcome<void> reconstruct_settings(const ReconstructOptions& options) {
   if (!outputs) return outputs.error();
   if (auto free = opensrd::check_free(*outputs, options.force); !free) return free.error();
   auto prepared = opensrd::prepare(*settings, {options.refractive_index, options.metric, options.features, options.rate_hz,
-                                               options.free_index, options.model, options.plates});
+                                               options.free_index, options.model, options.plates, options.sample_bits});
   if (!prepared) return prepared.error();
   if (prepared->plan.pattern_run && options.loss != dsp::Loss::kNone)
     return Problem{Exit::kUsage,

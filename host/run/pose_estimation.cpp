@@ -145,8 +145,8 @@ Outcome<void> check_size(const GrayView& image, const Calibration& calibration, 
 }
 
 Outcome<PoseFit> pose_from_image(const fs::path& file, const Calibration& calibration, const Points& points, PatternSize board,
-                                 const CornerSearch& search) {
-  const Outcome<GrayImage> image = read_gray_image(file);
+                                 const CornerSearch& search, int sample_bits) {
+  const Outcome<GrayImage> image = read_gray_image(file, sample_bits);
   if (!image) return image.error();
   if (auto right = check_size(image->view(), calibration, file); !right) return right.error();
   const auto corners = find_board_corners(image->view(), board, search, file.string());

@@ -32,9 +32,10 @@ struct PoseFit {
 [[nodiscard]] Outcome<PoseFit> fit_pose(const Calibration& calibration, std::span<const dsp::Vec2<double>> pixels,
                                         std::span<const dsp::Vec3<double>> points, const std::string& where);
 
-// points: as seen, top left first, along u. Warns when the square at W's origin is bright and a half turn explains it.
+// points: as seen, top left first, along u. sample_bits: as read_gray_image takes it. Warns when the square at W's origin is bright and a half turn explains it.
 [[nodiscard]] Outcome<PoseFit> pose_from_image(const std::filesystem::path& image, const Calibration& calibration,
-                                               const Points& points, PatternSize board, const CornerSearch& search);
+                                               const Points& points, PatternSize board, const CornerSearch& search,
+                                               int sample_bits = 0);
 
 // Whether the square between W's (0,0) and (square, square) is bright, from one corner and its point. square: mm.
 [[nodiscard]] bool first_square_bright(const BoardCorner& corner, const dsp::Vec3<double>& point, double square,

@@ -29,9 +29,9 @@ Outcome<void> report(const RunPlan& plan, const RunResult& result, const std::ve
     for (const FrameRecord& frame : result.frames) ++reasons[to_string(frame.status)];
     std::string found;
     for (const auto& [reason, count] : reasons) found += (found.empty() ? "" : ", ") + std::to_string(count) + " " + reason;
-    return Problem{Exit::kInput, "no frame gave a surface",
-                   out.string(), "at least one surface",
-                   found,        "summary.txt there says why, frame by frame"};
+    Problem problem{Exit::kInput, "no frame gave a surface", out.string(), "at least one surface", found, ""};
+    problem.advice = (result.diagnosis.empty() ? "" : result.diagnosis + "; ") + "summary.txt says why, frame by frame";
+    return problem;
   }
   for (const std::string& line : head) std::printf("%s\n", line.c_str());
   std::printf("refractive index %s\n", index_text(plan, result).c_str());

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/run/run.hpp"
 
+#include <algorithm>
 #include <cmath>
 
+#include "host/run/diagnosis.hpp"
 #include "host/run/found_index.hpp"
 #include "host/run/run_kinds.hpp"
 
@@ -12,7 +14,12 @@ Outcome<RunResult> run(const RunPlan& plan, const Progress& progress) {
   Outcome<RunResult> result = plan.pattern_run   ? run_pattern(plan, progress)
                               : plan.from_images ? run_images(plan, progress)
                                                  : run_features(plan, progress);
-  if (!result || plan.pattern_run) return result;
+  if (!result) return result;
+  const bool nothing =
+      std::none_of(result->frames.begin(), result->frames.end(), [](const FrameRecord& frame) { return frame.has_surface(); });
+  if (nothing && plan.from_images && !result->frames.empty() && result->diagnosis.empty())
+    result->diagnosis = diagnosis(plan, typical_frame(*result));
+  if (plan.pattern_run) return result;
   const std::vector<std::string> warnings = rank_warnings(plan, *result);
   result->warnings.insert(result->warnings.end(), warnings.begin(), warnings.end());
   return result;

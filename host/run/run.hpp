@@ -48,6 +48,7 @@ struct RunPlan {
   dsp::Coefficients<double> guess;
   std::optional<PatternRun> pattern_run;  // the pattern metric, whatever options.metric says
   bool from_images = true;
+  int sample_bits = 0;  // of the images' samples, as read_gray_image takes it
   CornerSearch search;
   double match_radius_px = 10;
   // Chronological, one a frame.
@@ -60,6 +61,7 @@ struct RunPlan {
 struct RunResult {
   std::vector<FrameRecord> frames;  // chronological
   std::vector<std::string> warnings;
+  std::string diagnosis;  // why nothing was measured; empty where something was, and where there are no images
 };
 
 // Called after every frame from the caller's thread.

@@ -4,9 +4,10 @@
 
 #include "drivers/recording/image_file.hpp"
 #include "dsp/pipeline/surface_tracker.hpp"
+#include "host/run/diagnosis.hpp"
 #include "host/run/first_surface.hpp"
-#include "host/run/identities.hpp"
 #include "host/run/ordered_work.hpp"
+#include "host/run/placed_board.hpp"
 #include "host/run/pose_estimation.hpp"
 #include "host/run/run_kinds.hpp"
 #include "proto/frame_from_estimate.hpp"
@@ -30,12 +31,18 @@ double seconds_since(std::chrono::steady_clock::time_point began) {
 Images read_frame(const RunPlan& plan, std::size_t i) {
   std::vector<GrayImage> images;
   for (const RunCamera& camera : plan.cameras) {
-    Outcome<GrayImage> image = read_gray_image(camera.frames[i]);
+    Outcome<GrayImage> image = read_gray_image(camera.frames[i], plan.sample_bits);
     if (!image) return image.error();
     if (auto right = check_size(image->view(), camera.calibration, camera.frames[i]); !right) return right.error();
     images.push_back(std::move(image).value());
   }
   return images;
+}
+
+std::vector<GrayView> views_of(const std::vector<GrayImage>& images) {
+  std::vector<GrayView> views;
+  for (const GrayImage& image : images) views.push_back(image.view());
+  return views;
 }
 
 // What the first frame tells when every camera shows the whole pattern in it: the points follow from their order, as in
@@ -56,22 +63,15 @@ std::optional<Opening> open(const RunPlan& plan, const std::vector<GrayImage>& i
     if (plan.pattern.count() != static_cast<int>(camera.points.size())) return std::nullopt;
     const auto corners = find_board_corners(images[c].view(), plan.pattern, plan.search, camera.name);
     if (!corners) return std::nullopt;
-    std::vector<ListedCorner> listed;
-    for (std::size_t i = 0; i < corners->size(); ++i) {
-      const auto xy = camera.calibration.camera.undistort((*corners)[i].pixel);
-      if (!xy) return std::nullopt;
-      listed.push_back({static_cast<int>(i), *xy});
-    }
-    const bool from_end = counts_from_end(listed, camera, plan.points);
-    std::vector<dsp::Observation<double>>& frame = observed.emplace_back();
-    for (std::size_t i = 0; i < listed.size(); ++i)
-      frame.push_back({point_at(camera, listed[i].place, from_end), (*corners)[i].pixel, listed[i].normalised, 1.0});
+    auto placed = placed_board(plan, camera, *corners);
+    if (!placed) return std::nullopt;
     if (c == 0) {
-      const auto& point = plan.points[static_cast<std::size_t>(frame.front().point)];
+      const auto& point = plan.points[static_cast<std::size_t>(placed->front().point)];
       const bool bright = first_square_bright(corners->front(), point, square, views[0]);
       opening.first = bright ? dsp::FirstSquare::kBright : dsp::FirstSquare::kDark;
     }
-    most += listed.size();
+    most += placed->size();
+    observed.push_back(std::move(*placed));
   }
   auto first = FirstSurface::make(plan, static_cast<int>(most));
   if (!first) return std::nullopt;
@@ -126,13 +126,20 @@ Outcome<RunResult> run_images(const RunPlan& plan, const Progress& progress) {
     views.push_back({plan.cameras[c].calibration.camera, plan.cameras[c].pose});
     setups.push_back({views[c], (*read.images)[c].width, (*read.images)[c].height, {}});
   }
+  std::vector<std::string> notes;
   const std::optional<Opening> opening = open(plan, *read.images, views, pattern->square());
   if (opening) pattern = make_pattern(opening->first);
-  auto tracker = Tracker::make(setups, *pattern, plan.model, plan.media, opening ? opening->guess : plan.guess, plan.options,
-                               tracker_options(plan, opening ? opening->rms_px : 0));
+  for (std::size_t c = 0; c < plan.cameras.size(); ++c)
+    if (const std::string bits = bits_advice((*read.images)[c], "--bits"); !bits.empty())
+      notes.push_back(plan.cameras[c].frames.front().string() + ": " + bits);
+  const auto make_tracker = [&](const dsp::Pattern& of) {
+    return Tracker::make(setups, of, plan.model, plan.media, opening ? opening->guess : plan.guess, plan.options,
+                         tracker_options(plan, opening ? opening->rms_px : 0));
+  };
+  auto tracker = make_tracker(*pattern);
   if (!tracker) return unusable_model(tracker.error());
 
-  RunResult result;
+  RunResult result{{}, notes, {}};
   if (!opening && plan.pattern.count() > 0)
     result.warnings.push_back(plan.cameras.front().frames.front().string() +
                               ": the first frame does not show the whole pattern in every camera; the search starts "
@@ -154,9 +161,7 @@ Outcome<RunResult> run_images(const RunPlan& plan, const Progress& progress) {
       if (progress) progress(i + 1, total);
       continue;
     }
-    std::vector<GrayView> frame;
-    for (const GrayImage& image : *read.images) frame.push_back(image.view());
-    const dsp::FrameResult<double>& found = tracker->process(frame, plan.times_ns[i]);
+    const dsp::FrameResult<double>& found = tracker->process(views_of(*read.images), plan.times_ns[i]);
     record.expected = found.expected;
     record.found = found.found;
     if (found.has_estimate() || found.status == dsp::TrackStatus::kSolverFailed) record.estimate = found.estimate;
@@ -166,6 +171,20 @@ Outcome<RunResult> run_images(const RunPlan& plan, const Progress& progress) {
     record.seconds = read.seconds + seconds_since(began);
     result.frames.push_back(std::move(record));
     if (progress) progress(i + 1, total);
+  }
+  const bool nothing =
+      std::none_of(result.frames.begin(), result.frames.end(), [](const FrameRecord& frame) { return frame.has_surface(); });
+  if (nothing && !opening) {
+    // Where the whole board was seen, its colours were, too.
+    const std::size_t i = typical_frame(result);
+    const Images images = read_frame(plan, i);
+    const auto swapped = make_pattern(dsp::FirstSquare::kBright);
+    auto trial = swapped ? make_tracker(*swapped) : Result<Tracker>(Errc::kInvalidArgument);
+    if (images && trial && trial->process(views_of(*images), plan.times_ns[i]).has_surface())
+      result.diagnosis = plan.cameras.front().frames[i].string() +
+                         ": gives a surface when black and white are swapped: the first square of the points (between the "
+                         "first corner and the next ones along X and Y) is bright in it. Invert the images, or list the points "
+                         "from a corner whose square is dark";
   }
   return result;
 }

@@ -60,7 +60,7 @@ class BlockFitter {
     record.sequence = plan_.sequences[i];
     record.time_ns = plan_.times_ns[i];
     record.corners.resize(1);
-    const Outcome<GrayImage> image = read_gray_image(camera.frames[i]);
+    const Outcome<GrayImage> image = read_gray_image(camera.frames[i], plan_.sample_bits);
     const Outcome<void> right = image ? check_size(image->view(), camera.calibration, camera.frames[i]) : Outcome<void>();
     if (!image || !right) {
       const Problem& problem = image ? right.error() : image.error();

@@ -141,6 +141,7 @@ CAMERA = [
      ["flume.toml:4", "'camera.source'", "libcamera:ID", "--list-cameras"]),
     ("unknown pixel format", live(V4L2 + '\nformat = "RGB3"'), CHECK, USAGE,
      ["flume.toml:5", "'camera.format'", "GREY", '"RGB3"']),
+    ("samples of 7 bits", live(V4L2 + "\nbits = 7"), CHECK, USAGE, ["flume.toml:5", "'camera.bits'", "from 8 to 16"]),
     ("exposure of a minute", live(V4L2 + "\nexposure_us = 60000000"), CHECK, USAGE,
      ["flume.toml:5", "'camera.exposure_us'", "from 1 to 1e+06", "us"]),
     ("exposure longer than a frame", live(V4L2 + "\nframe_rate_hz = 50\nexposure_us = 25000"), CHECK, USAGE,

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
 #include <random>
 #include <vector>
@@ -29,8 +30,9 @@ TEST(ImageSketch, TellsWhyAnImageShowsNoPattern) {
   expect_words(sketch_of([](int, int) { return 0; }), "nearly black");
   expect_words(sketch_of([](int u, int v) { return board(u, v) >> 4; }), "10 or 12 bits at the lower end of 16");
   expect_words(sketch_of([](int u, int v) { return board(u, v) / 7; }), "too dark");
-  expect_words(sketch_of([](int u, int v) { return board(u, v) == 210 ? 255 : 90; }), "50 % of the image is saturated");
+  expect_words(sketch_of([](int u, int v) { return board(u, v) == 210 ? 255 : 90; }), "50 % of it is saturated");
   expect_words(sketch_of([](int, int) { return 120; }), "little contrast");
+  expect_words(sketch_of([](int u, int) { return 128 + static_cast<int>(std::lround(90 * std::sin(u / 12.0))); }), "blurred");
   expect_words(sketch_of(board), "looks sound (grey levels 40 to 210)");
   EXPECT_EQ(ImageSketch().diagnosis(), "");
 }
@@ -44,6 +46,18 @@ TEST(ImageSketch, KnowsAMosaicFromNoise) {
                "mosaic of a colour sensor");
   std::mt19937 random(1);
   expect_words(sketch_of([&](int u, int v) { return board(u, v) - 30 + static_cast<int>(random() % 60); }), "looks sound");
+}
+
+// An edge of blur s rises by erf(2 / (s sqrt 2)) of its height within the 4 px round it.
+TEST(ImageSketch, SteepestPartOfAnEdgeIsThatOfItsBlur) {
+  for (const double s : {1.0, 2.0, 4.0, 6.0}) {
+    const ImageSketch edges = sketch_of([&](int u, int) {
+      const double at = u % 160 < 80 ? u % 80 - 40 : 40 - u % 80;
+      return static_cast<int>(std::lround(128 + 100 * std::erf(at / (s * std::sqrt(2.0)))));
+    });
+    EXPECT_NEAR(edges.steepest(), std::erf(2 / (s * std::sqrt(2.0))), 0.02) << s;
+    EXPECT_EQ(edges.fault(), s > 4.4 ? ImageFault::kBlurred : ImageFault::kNone) << s;
+  }
 }
 
 TEST(ImageSketch, LevelsAndDifferencesAreThoseOfTheImage) {

@@ -35,6 +35,25 @@ RecordingCameraOptions at_max() {
   return options;
 }
 
+// 12 bits at the lower end of 16.
+TEST(RecordingCamera, ReadsSamplesByTheirBitsAndTellsWhereTheyLookLikeFewer) {
+  const ScratchFolder folder;
+  folder.write("a.pgm", std::string("P5\n2 1\n65535\n\x0F\xFF\x08\x01", 17));
+  for (const int bits : {0, 12}) {
+    RecordingCameraOptions options = at_max();
+    options.times.rate_hz = 50;
+    options.sample_bits = bits;
+    RecordingCamera camera(folder.path(), options);
+    ASSERT_TRUE(camera.start());
+    EXPECT_EQ(camera.summary().find("camera.bits = 12") != std::string::npos, bits == 0) << camera.summary();
+    CameraFrame frame;
+    ASSERT_EQ(camera.next(frame, milliseconds(100)), Capture::kFrame);
+    EXPECT_EQ(frame.image.row(0)[0], bits == 0 ? 15 : 255);
+    EXPECT_EQ(frame.image.row(0)[1], bits == 0 ? 8 : 128);
+    camera.give_back(frame);
+  }
+}
+
 TEST(RecordingCamera, GivesEveryFrameWithItsRow) {
   const ScratchFolder folder;
   record(folder.path(), 6, ImageFormat::kPng);

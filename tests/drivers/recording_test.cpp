@@ -176,6 +176,49 @@ TEST(ImageFile, TenBitsAreShiftedToEight) {
   EXPECT_EQ(ten->pixels, (std::vector<std::uint8_t>{255, 1}));
 }
 
+std::string wide_pgm(const std::vector<int>& samples, int maximum) {
+  std::string text = "P5\n" + std::to_string(samples.size()) + " 1\n" + std::to_string(maximum) + "\n";
+  for (const int sample : samples) {
+    text += static_cast<char>(sample >> 8);
+    text += static_cast<char>(sample & 255);
+  }
+  return text;
+}
+
+TEST(ImageFile, SamplesAtTheLowerEndAreToldAndReadByTheirBits) {
+  const ScratchFolder folder;
+  const auto file = folder.path() / "a.pgm";
+  folder.write("a.pgm", wide_pgm({0, 255, 256, 2047, 4095}, 65535));
+  const auto black = read_gray_image(file);
+  ASSERT_TRUE(black);
+  EXPECT_EQ(black->pixels, (std::vector<std::uint8_t>{0, 0, 1, 7, 15}));
+  EXPECT_EQ(bits_at_lower_end(*black), 12);
+  EXPECT_NE(bits_advice(*black, "--bits").find("--bits 12"), std::string::npos);
+  EXPECT_NE(bits_advice(*black, "camera.bits").find("camera.bits = 12"), std::string::npos);
+  const auto right = read_gray_image(file, 12);
+  ASSERT_TRUE(right);
+  EXPECT_EQ(right->pixels, (std::vector<std::uint8_t>{0, 15, 16, 127, 255}));
+  EXPECT_EQ(bits_at_lower_end(*right), std::nullopt);
+  EXPECT_EQ(read_gray_image(file, 10)->pixels, (std::vector<std::uint8_t>{0, 63, 64, 255, 255})) << "above the bits: 255";
+  std::vector<std::uint8_t> pixels(5);
+  ASSERT_TRUE(read_gray_image_into(file.string(), {pixels.data(), 5, 1, 5}, 12));
+  EXPECT_EQ(pixels, right->pixels);
+}
+
+TEST(ImageFile, SamplesThatUseTheirRangeAreNotTakenForFewerBits) {
+  const ScratchFolder folder;
+  const auto bits_of = [&](const std::vector<int>& samples, int maximum) {
+    folder.write("a.pgm", wide_pgm(samples, maximum));
+    return bits_at_lower_end(*read_gray_image(folder.path() / "a.pgm"));
+  };
+  EXPECT_EQ(bits_of({1, 40000}, 65535), std::nullopt);
+  EXPECT_EQ(bits_of({16, 3 * 256}, 65535), std::nullopt) << "12 bits at the upper end, a dark scene: its lowest bits are 0";
+  EXPECT_EQ(bits_of({1, 4095}, 4095), std::nullopt) << "the maximum says it";
+  EXPECT_EQ(bits_of({1, 1000}, 4095), 10);
+  EXPECT_EQ(bits_of({1, 200}, 65535), 8);
+  EXPECT_EQ(bits_of({1, 16000}, 65535), 14);
+}
+
 TEST(ImageFile, CutImagesOfOurOwnAreRefused) {
   const ScratchFolder folder;
   for (const char* name : {"a.png", "a.pgm"}) {

@@ -40,7 +40,7 @@ TEST(CameraSection, ReadsEveryKey) {
       "source = \"libcamera:imx296\"\nframe_rate_hz = 60\nformat = \"Y10\"\nwidth_px = 640\nheight_px = 320\nexposure_us = "
       "1500\n"
       "gain = 2.5\nsharpness = 0.5\nfocus = 3.25\nbuffers = 8\nshutter = \"rolling\"\nreadout_us = 9000\nstamp = "
-      "\"exposure-start\"\ntrigger_input = true\n");
+      "\"exposure-start\"\ntrigger_input = true\nbits = 12\n");
   EXPECT_EQ(config.camera->text(), "libcamera:imx296");
   EXPECT_EQ(config.frame_rate_hz, 60);
   EXPECT_TRUE(config.live.rate_required);
@@ -56,6 +56,7 @@ TEST(CameraSection, ReadsEveryKey) {
   EXPECT_EQ(config.live.readout_us, 9000);
   EXPECT_EQ(config.live.stamp, StampMark::kExposureStart);
   EXPECT_TRUE(config.live.trigger_input);
+  EXPECT_EQ(config.recording_bits, 12);
 }
 
 TEST(CameraSource, IsWrittenAsItIsRead) {

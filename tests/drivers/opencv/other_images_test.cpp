@@ -46,6 +46,21 @@ TEST(OtherImages, SixteenBitsAreShiftedToEight) {
   }
 }
 
+TEST(OtherImages, TwelveBitsAtTheLowerEndOfSixteen) {
+  const ScratchFolder folder;
+  cv::Mat wide(5, 7, CV_16UC1);
+  for (int i = 0; i < 35; ++i) wide.at<std::uint16_t>(i / 7, i % 7) = static_cast<std::uint16_t>(i * 117);
+  for (const char* name : {"a.png", "a.pgm", "a.tif"}) {
+    const auto file = folder.path() / name;
+    ASSERT_TRUE(cv::imwrite(file.string(), wide));
+    const auto black = read_gray_image(file), right = read_gray_image(file, 12);
+    ASSERT_TRUE(black && right) << name;
+    EXPECT_EQ(bits_at_lower_end(*black), 12) << name;
+    EXPECT_EQ(bits_at_lower_end(*right), std::nullopt) << name;
+    for (int i = 0; i < 35; ++i) EXPECT_EQ(right->pixels[static_cast<std::size_t>(i)], (i * 117) >> 4) << name;
+  }
+}
+
 TEST(OtherImages, ColourBecomesGrey) {
   const ScratchFolder folder;
   const cv::Mat colour(3, 4, CV_8UC3, cv::Scalar(30, 70, 200));
