@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// The pose of a board that a calibrated camera sees, and how well it agrees.
+#pragma once
+
+#include "host/bundle/camera_solve.hpp"
+
+namespace srd::bundle {
+
+struct Resection {
+  PoseVector pose;
+  double chi_square = 0;  // of its corners, with the deviations of the calibration
+};
+
+// Lens and board as the calibration has them. kNotConverged: the corners give no pose.
+[[nodiscard]] Result<Resection> resect(const BoardShape& shape, const BoardView& view, const CameraFit& fit);
+
+// A view of a part of a board: rows and columns moved to where they fit the others best, corners counted from the
+// board's own first. Where places fit equally well it does not matter which is taken. kNotConverged: none gives a pose.
+[[nodiscard]] Result<BoardView> place_part(const BoardShape& shape, const BoardView& part, int part_rows, int part_columns,
+                                           const CameraFit& fit);
+
+}  // namespace srd::bundle
