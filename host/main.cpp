@@ -4,6 +4,7 @@
 #include <iostream>
 
 #include "drivers/support/problem.hpp"
+#include "host/calibrate/command.hpp"
 #include "host/compare/command.hpp"
 #include "host/listen/command.hpp"
 #include "host/plot/command.hpp"
@@ -12,10 +13,11 @@
 #include "host/study/command.hpp"
 
 int main(int argc, char** argv) {
-  CLI::App app{"Flume SRD, host side: receives, reconstructs, simulates, compares and plots water surfaces."};
+  CLI::App app{"Flume SRD, host side: calibrates, receives, reconstructs, simulates, compares and plots water surfaces."};
   app.set_version_flag("--version", SRD_VERSION);
   app.require_subcommand(1);
   int exit_code = 0;
+  srd::host::add_calibrate_command(app, exit_code);
   srd::host::add_listen_command(app, exit_code);
   srd::host::add_reconstruct_command(app, exit_code);
   srd::host::add_simulate_command(app, exit_code);
@@ -31,7 +33,7 @@ int main(int argc, char** argv) {
       const srd::Problem problem{srd::Exit::kUsage,
                                  "unknown subcommand '" + app.remaining().front() + "'",
                                  "srd",
-                                 "listen, reconstruct, simulate, compare, plot or study",
+                                 "calibrate, listen, reconstruct, simulate, compare, plot or study",
                                  "",
                                  "srd --help"};
       std::cerr << problem.text();

@@ -2,7 +2,8 @@
 #include "host/bundle/model_check.hpp"
 
 #include <Eigen/Cholesky>
-#include <cmath>
+
+#include "host/bundle/chi_square.hpp"
 
 namespace srd::bundle {
 
@@ -39,11 +40,6 @@ double square_in(const Eigen::MatrixXd& spread, const Eigen::VectorXd& x) {
 }
 
 }  // namespace
-
-double chi_square_limit(int n, double z) {
-  const double part = 2.0 / (9.0 * n), root = 1 - part + z * std::sqrt(part);
-  return n * root * root * root;
-}
 
 ModelCheck check_model(const BoardShape& shape, const std::vector<BoardView>& views, int image_width, int image_height,
                        const CameraOptions& options, const CameraFit& fit) {

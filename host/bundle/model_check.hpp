@@ -23,7 +23,4 @@ struct ModelCheck {
 [[nodiscard]] ModelCheck check_model(const BoardShape& shape, const std::vector<BoardView>& views, int image_width,
                                      int image_height, const CameraOptions& options, const CameraFit& fit);
 
-// What a chi-square of n degrees of freedom exceeds with the probability of a normal number beyond z (Wilson, Hilferty).
-[[nodiscard]] double chi_square_limit(int n, double z);
-
 }  // namespace srd::bundle

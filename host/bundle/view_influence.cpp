@@ -3,9 +3,11 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "host/bundle/chi_square.hpp"
 #include "host/bundle/corner_costs.hpp"
 #include "host/bundle/lens.hpp"
 
@@ -13,7 +15,7 @@ namespace srd::bundle {
 
 namespace {
 
-constexpr double kUnlikely = 3.5;  // deviations of the mean contradiction
+constexpr double kUnlikely = 3.5;  // of a normal number: once in 4300
 
 struct ReducedView {
   Eigen::MatrixXd information;
@@ -111,7 +113,9 @@ Influences influences(const BoardShape& shape, const std::vector<BoardView>& vie
   }
   if (degrees == 0) return found;
   found.factor = sum / degrees;
-  found.significant = 1 + kUnlikely * std::sqrt(2.0 / degrees);
+  // The scores add up to nothing, so one view's worth of them is not free.
+  const int free = std::max(degrees - static_cast<int>(all.rows()), 1);
+  found.significant = chi_square_limit(free, kUnlikely) / free;
   return found;
 }
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A folder of good input for srd-node and srd that a case spoils in one place, and the run that follows."""
 
+import math
 import os
 import pathlib
 import shutil
@@ -112,6 +113,20 @@ class Bench:
     def tables(self):
         self.write("run.csv", COEFFICIENTS)
         self.write("truth.csv", TRUTH)
+
+    def views(self, folder="views", count=8):
+        """A checkerboard of 17 x 7 corners, 9.75 mm apart, from all sides, rendered."""
+        for view in range(count):
+            around, tilt = 2 * math.pi * view / count, math.radians(20 + 10 * (view % 3))
+            to = [29 + 12 * math.cos(3 * around), 78 + 30 * math.sin(2 * around)]
+            away = [math.sin(tilt) * math.cos(around), math.sin(tilt) * math.sin(around), math.cos(tilt)]
+            centre = [to[0] + 460 * away[0], to[1] + 460 * away[1], 460 * away[2]]
+            scene = SCENE.replace("frames = 2", "frames = 1") + "[pattern]\nrows = 7\ncolumns = 17\nsquare_mm = 9.75\n"
+            scene += f"[pose]\ncentre_mm = {centre}\ntarget_mm = {[*to, 0.0]}\n"
+            self.write("view.toml", scene)
+            done = self.run(("srd", "simulate", "view.toml", "--out", f"rendered{view}"))
+            assert done.returncode == 0, done.stderr
+            self.write(f"{folder}/{view}.png", self.path(f"rendered{view}/reference.png").read_bytes())
 
     def blank_image(self, name, width=640, height=320):
         self.write(name, b"P5\n%d %d\n255\n" % (width, height) + b"\x80" * (width * height))

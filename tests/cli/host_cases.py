@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What can be wrong in what a person gives to srd: name, builder, arguments, exit code, words of the message."""
 
-from bench import COEFFICIENTS, SCENE, TRUTH
+from bench import COEFFICIENTS, DATA, SCENE, TRUTH
 
 USAGE, INPUT, NETWORK = 2, 3, 5
 SIMULATE = ("srd", "simulate", "scene.toml", "--out", "new")
@@ -9,6 +9,8 @@ SETTINGS = ("srd", "reconstruct", "settings.xml", "--out", "new")
 RECORDING = ("srd", "reconstruct", "rec", "--out", "new", "--lx", "240", "--ly", "440", "--guess", "80")
 LISTEN = ("srd", "listen", "--for", "1", "--bind", "127.0.0.1:0")
 PLOT = ("srd", "plot", "run.csv", "--out", "new")
+CALIBRATE = ("srd", "calibrate", "view.png", "--out", "new", "--board", "21x11", "--square-mm", "20")
+CALIBRATE_SETTINGS = ("srd", "calibrate", "settings.xml", "--out", "new")
 COMPARE = ("srd", "compare", "run.csv", "truth.csv")
 
 
@@ -222,4 +224,69 @@ TABLES = of_table(PLOT, "plot") + of_table(COMPARE, "compare") + [
     ("unknown subcommand", lambda b: None, ("srd", "measure"), USAGE, ["measure"]),
 ]
 
-CASES = SIMULATING + RECONSTRUCTING + LISTENING + TABLES
+VIEW = (DATA / "flume-small" / "reference.png").read_bytes()
+
+
+def view(bench):
+    bench.write("view.png", VIEW)
+
+
+def calibration_settings(leave_out=(), **changed):
+    keys = {"BoardSize_Width": "11", "BoardSize_Height": "21", "Square_Size": "20", "nframes": "20",
+            "Write_outputFileName": '"lens.yml"', "InputDirectory": '"views"', **changed}
+
+    def build(bench):
+        bench.write("views/1.png", VIEW)
+        lines = ['<?xml version="1.0"?>', "<opencv_storage>", "<Settings>"]
+        lines += [f"<{key}>{value}</{key}>" for key, value in keys.items() if key not in leave_out]
+        bench.write("settings.xml", "\n".join(lines + ["</Settings>", "</opencv_storage>", ""]))
+    return build
+
+
+def calibrate(*, board="21x11", square="20", sources=("view.png",), more=()):
+    words = ["srd", "calibrate", *sources, "--out", "new", *more]
+    words += ["--board", board] if board else []
+    return tuple(words + (["--square-mm", square] if square else []))
+
+
+CALIBRATING = [
+    ("image missing", lambda b: None, CALIBRATE, INPUT, ["view.png", "no such file or folder"]),
+    ("folder without images", exists("pictures/notes.txt", "none"), calibrate(sources=["pictures"]), INPUT,
+     ["pictures", "holds no image"]),
+    ("no image but text", exists("view.png", "no image"), CALIBRATE, INPUT, ["view.png", "is not a readable image"]),
+    ("image without a board", lambda b: b.blank_image("view.png"), CALIBRATE, INPUT,
+     ["view.png", "shows no such board", "21 x 11", "0 corners"]),
+    ("board larger than said", view, calibrate(board="15x9"), INPUT, ["view.png", "shows a larger board", "231 corners"]),
+    ("board smaller than said", view, calibrate(board="31x21"), INPUT, ["no image shows the whole board", "21 x 11", "31 x 21"]),
+    ("a single view", view, CALIBRATE, INPUT, ["too few views of the whole board", "at least 4", "tilted by 20 to 45 degrees"]),
+    ("image twice", view, calibrate(sources=["view.png", "./view.png"]), USAGE, ["is given twice", "view.png"]),
+    ("image alone and in its folder", exists("views/1.png", VIEW), calibrate(sources=["views", "views/1.png"]), USAGE,
+     ["is given twice", "views/1.png"]),
+    ("square missing", view, calibrate(square=None), USAGE, ["the side of a square is missing", "--square-mm"]),
+    ("square of nothing", view, calibrate(square="0"), USAGE, ["--square-mm", "'0' is not a number above 0, mm"]),
+    ("square that is no number", view, calibrate(square="nan"), USAGE, ["--square-mm", "'nan' is not a number above 0, mm"]),
+    ("board missing", view, calibrate(board=None), USAGE, ["the board's size is missing", "--board"]),
+    ("board without a cross", view, calibrate(board="21by11"), USAGE, ["is no size of a board", "'21by11'"]),
+    ("board of one cell", view, calibrate(board="2x2"), USAGE, ["is no size of a board", "'2x2'", "from 4 to 200"]),
+    ("coefficients of no model", view, calibrate(more=["--coefficients", "6"]), USAGE, ["'6' is none of 4, 5, 8, 12, 14"]),
+    ("surface of no kind", view, calibrate(more=["--surface", "round"]), USAGE, ["'round' is none of flat, bent, free"]),
+    ("radius of no kind", view, calibrate(more=["--radius", "7"]), USAGE, ["'7' is none of 5, 10"]),
+    ("out is a file", lambda b: (view(b), b.write("new", "mine")), CALIBRATE, USAGE, ["new", "cannot be made"]),
+    ("results there already", lambda b: (view(b), b.write("new/calibration.yml", "mine")), CALIBRATE, USAGE,
+     ["new/calibration.yml", "is there already", "--force"]),
+    ("settings that are no XML", exists("settings.xml", "board = 7"), CALIBRATE_SETTINGS, USAGE,
+     ["settings.xml", "is not an OpenSRD settings file"]),
+    ("settings of a reconstruction", settings(), CALIBRATE_SETTINGS, USAGE,
+     ["are settings of a reconstruction", "srd reconstruct reads them"]),
+    ("settings without a square", calibration_settings(["Square_Size"]), CALIBRATE_SETTINGS, USAGE,
+     ["key 'Square_Size' is missing", "side of a square, mm"]),
+    ("settings with a square of nothing", calibration_settings(Square_Size="0"), CALIBRATE_SETTINGS, USAGE,
+     ["settings.xml:6", "'Square_Size'", "found: '0'"]),
+    ("settings of a folder that is not there", calibration_settings(InputDirectory='"elsewhere"'), CALIBRATE_SETTINGS, INPUT,
+     ["settings.xml:9", "no such folder", "elsewhere"]),
+    ("settings and images together", lambda b: (calibration_settings()(b), view(b)),
+     calibrate(sources=["settings.xml", "view.png"]), USAGE, ["a settings file stands alone"]),
+    ("settings of a single view", calibration_settings(), CALIBRATE_SETTINGS, INPUT, ["too few views of the whole board"]),
+]
+
+CASES = SIMULATING + CALIBRATING + RECONSTRUCTING + LISTENING + TABLES

@@ -25,7 +25,7 @@ PAGES = ["README.md", "CONTRIBUTING.md", "board/README.md", "tests/bench/README.
 COMMAND = re.compile(r"(srd|srd-node|cmake|cpack|ctest|srd_\w+_tests|((tests|toolchains|board)/\S+\.sh)|build/\S+)(\s|$)")
 CONFIGURATION = re.compile(r"\s*(\[|#|\w+ = )")
 PLACEHOLDERS = {"SETTINGS.xml": "settings.xml", "SCENE.toml": "scene.toml", "EST.csv": "run.csv", "TRUTH.csv": "truth.csv",
-                "FILE.csv": "run.csv", "FILE": "flume.toml", "DIR": "out"}
+                "FILE.csv": "run.csv", "FILE": "flume.toml", "DIR": "out", "IMAGES..": "views"}
 # The doctor ends with 4 where it finds something amiss, as the recording of make_place() lets it.
 CODES = {"--doctor": (0, 4)}
 LONGEST_S = 60
@@ -79,6 +79,8 @@ class Pages(unittest.TestCase):
             arguments = ["run.csv" if word == "flume.toml" else word for word in arguments]
             more = ["--bind", there] if there not in arguments else []
             more += ["--for", "0.5"] if "--count" not in arguments else []
+        elif arguments[0] == "calibrate":
+            place.views()
         elif arguments[0] == "study":
             more = ["--help"]  # minutes: Study.* run it
         elif "--camera" in arguments:

@@ -22,6 +22,7 @@ GOOD = [
     ("srd reconstruct with a reference image",
      host_cases.pose_from_image(InputReference1='"rec/reference.png"'), host_cases.SETTINGS),
     ("srd reconstruct recording", host_cases.recording, host_cases.RECORDING),
+    ("srd calibrate", lambda b: b.views(), host_cases.calibrate(board="17x7", square="9.75", sources=["views"])),
     ("srd listen", lambda b: None, (*host_cases.LISTEN, "--csv", "run.csv")),
     ("srd plot", host_cases.tables, host_cases.PLOT),
     ("srd compare", host_cases.tables, host_cases.COMPARE),

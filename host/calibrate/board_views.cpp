@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/calibrate/board_views.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "dsp/frontend/board_finder.hpp"
+
+namespace srd::host {
+
+namespace {
+
+constexpr int kMostCorners = 16384;
+constexpr int kLeastSide = 4;         // corners: a part of a board that is smaller may be anything
+constexpr double kLeastSigma = 1e-3;  // px: a corner is not known better than its pixels' own places
+constexpr double kSigmaUnit = 4096;
+constexpr std::array kThresholds{200, 100, 50};
+
+// As --board has it: along and across.
+std::string grid_text(int rows, int columns) { return std::to_string(columns) + " x " + std::to_string(rows); }
+
+struct Candidate {
+  SightedBoard board;
+  int corners = 0;  // of the image
+  int largest_rows = 0, largest_columns = 0, largest_found = 0;
+  bool larger = false;  // a grid with a line of corners more than the board has
+  [[nodiscard]] int found() const { return static_cast<int>(board.view.corners.size()); }
+};
+
+// Cells of a grid as the board has them. A grid that lies on its side is turned by a quarter, never mirrored: a bend
+// keeps its sign.
+void take(const dsp::CornerGrid& grid, std::span<const dsp::CornerFit> corners, bool on_its_side, Candidate& into) {
+  SightedBoard& board = into.board;
+  board.rows = on_its_side ? grid.columns : grid.rows;
+  board.columns = on_its_side ? grid.rows : grid.columns;
+  board.view.corners.clear();
+  for (int r = 0; r < board.rows; ++r)
+    for (int c = 0; c < board.columns; ++c) {
+      const int cell = on_its_side ? grid.at(grid.rows - 1 - c, r) : grid.at(r, c);
+      if (cell < 0) continue;
+      const dsp::Corner& corner = corners[static_cast<std::size_t>(cell)].corner;
+      board.view.corners.push_back(
+          {r, c, {corner.u.to<double>(), corner.v.to<double>()}, std::max(corner.sigma_q12 / kSigmaUnit, kLeastSigma)});
+    }
+}
+
+bool is_part(int rows, int columns, const bundle::BoardShape& board) {
+  return rows >= kLeastSide && columns >= kLeastSide && rows <= board.rows && columns <= board.columns;
+}
+
+// One stray corner does not make a line.
+bool is_larger(const dsp::CornerGrid& grid, const bundle::BoardShape& board) {
+  const int rows = std::max(grid.rows, grid.columns), columns = std::min(grid.rows, grid.columns);
+  const int most = std::max(board.rows, board.columns), least = std::min(board.rows, board.columns);
+  return (rows > most || columns > least) && rows >= most && columns >= least && grid.found > board.count() + least * 3 / 4;
+}
+
+Candidate search_once(dsp::BoardFinder& finder, const GrayImage& image, const bundle::BoardShape& board,
+                      const BoardSearch& search, int threshold) {
+  dsp::DetectorOptions options;
+  options.response.radius = search.radius;
+  options.threshold = threshold;
+  options.min_distance = static_cast<int>(search.min_distance);
+  Candidate best;
+  best.board.threshold = threshold;
+  const auto look = [&](bool on_its_side) {
+    const int rows = on_its_side ? board.columns : board.rows, columns = on_its_side ? board.rows : board.columns;
+    const auto grid = finder.find(image.view(), options, {rows, columns});
+    if (!grid) return;
+    const auto consider = [&](const dsp::CornerGrid& g) {
+      const bool fits = on_its_side ? is_part(g.columns, g.rows, board) : is_part(g.rows, g.columns, board);
+      if (fits && g.found > best.found()) take(g, finder.corners(), on_its_side, best);
+    };
+    consider(*grid);
+    for (const dsp::CornerGrid& other : finder.grids()) {
+      consider(other);
+      best.larger = best.larger || is_larger(other, board);
+      if (other.found > best.largest_found) {
+        best.largest_found = other.found;
+        best.largest_rows = other.rows;
+        best.largest_columns = other.columns;
+      }
+    }
+  };
+  look(false);
+  best.corners = static_cast<int>(finder.corners().size());
+  if (board.rows != board.columns && best.found() < board.count()) look(true);
+  return best;
+}
+
+}  // namespace
+
+Outcome<SightedBoard> sight_board(const GrayImage& image, const std::filesystem::path& file, const bundle::BoardShape& board,
+                                  const BoardSearch& search) {
+  dsp::BoardFinder finder(image.width, image.height, kMostCorners);
+  Candidate best;
+  if (search.threshold > 0) {
+    best = search_once(finder, image, board, search, search.threshold);
+  } else {
+    for (const int threshold : kThresholds) {
+      Candidate next = search_once(finder, image, board, search, threshold);
+      if (next.found() > best.found() || (best.found() == 0 && next.largest_found > best.largest_found)) best = std::move(next);
+      if (best.found() == board.count()) break;
+    }
+  }
+  if (best.found() == 0 || best.larger) {
+    std::string found = std::to_string(best.corners) + " corners, which make no grid";
+    if (best.largest_found > 0)
+      found = "a grid of " + grid_text(best.largest_rows, best.largest_columns) + " with " +
+              std::to_string(best.largest_found) + " corners";
+    return Problem{Exit::kInput,
+                   best.larger ? "shows a larger board" : "shows no such board",
+                   file.string(),
+                   "a board of " + grid_text(board.rows, board.columns) + " inner corners, or a part of it of at least " +
+                       grid_text(kLeastSide, kLeastSide),
+                   found,
+                   "count the inner corners, look at light and focus, and keep other checks out of the image"};
+  }
+  best.board.file = file;
+  best.board.width = image.width;
+  best.board.height = image.height;
+  best.board.view.name = file.filename().string();
+  return best.board;
+}
+
+}  // namespace srd::host
