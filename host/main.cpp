@@ -8,7 +8,9 @@
 #include "host/compare/command.hpp"
 #include "host/listen/command.hpp"
 #include "host/plot/command.hpp"
+#include "host/pose/command.hpp"
 #include "host/reconstruct/command.hpp"
+#include "host/rig_check/command.hpp"
 #include "host/simulate/command.hpp"
 #include "host/study/command.hpp"
 
@@ -23,6 +25,8 @@ int main(int argc, char** argv) {
   srd::host::add_simulate_command(app, exit_code);
   srd::host::add_compare_command(app, exit_code);
   srd::host::add_plot_command(app, exit_code);
+  srd::host::add_pose_command(app, exit_code);
+  srd::host::add_rig_check_command(app, exit_code);
   srd::host::add_study_command(app, exit_code);
   try {
     app.parse(argc, argv);
@@ -33,7 +37,7 @@ int main(int argc, char** argv) {
       const srd::Problem problem{srd::Exit::kUsage,
                                  "unknown subcommand '" + app.remaining().front() + "'",
                                  "srd",
-                                 "calibrate, listen, reconstruct, simulate, compare, plot or study",
+                                 "calibrate, listen, reconstruct, simulate, compare, plot, pose, rig-check or study",
                                  "",
                                  "srd --help"};
       std::cerr << problem.text();

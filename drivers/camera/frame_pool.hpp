@@ -17,12 +17,12 @@ namespace srd {
 
 class FramePool {
  public:
-  static constexpr int kMostBuffers = 32;
+  static constexpr int kMaxBuffers = 32;
   static constexpr int kAlignment = 64;  // bytes, of each row
 
-  // Not while a buffer is out. width, height > 0 (px); 1 <= buffers <= kMostBuffers.
+  // Not while a buffer is out. width, height > 0 (px); 1 <= buffers <= kMaxBuffers.
   void reserve(int width, int height, int buffers) {
-    assert(width > 0 && height > 0 && buffers >= 1 && buffers <= kMostBuffers);
+    assert(width > 0 && height > 0 && buffers >= 1 && buffers <= kMaxBuffers);
     width_ = width;
     height_ = height;
     stride_ = (width + kAlignment - 1) / kAlignment * kAlignment;
@@ -72,7 +72,7 @@ class FramePool {
   std::condition_variable returned_;
   std::vector<std::uint8_t> memory_;
   std::uint8_t* first_ = nullptr;
-  std::array<bool, kMostBuffers> out_{};
+  std::array<bool, kMaxBuffers> out_{};
   int width_ = 0, height_ = 0, stride_ = 0, buffers_ = 0;
 };
 

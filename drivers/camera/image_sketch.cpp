@@ -10,12 +10,12 @@ namespace srd {
 
 namespace {
 
-constexpr int kPairStep = 16;       // rows from one pair to the next
-constexpr int kDark = 40;           // grey level that nearly all of a dark image stays below
-constexpr int kTwelveBits = 16;     // the upper byte of 12 bits that lie at the lower end of 16 is 0 to 15
-constexpr int kLeastContrast = 60;  // of the detector's default threshold
+constexpr int kPairStep = 16;     // rows from one pair to the next
+constexpr int kDark = 40;         // grey level that nearly all of a dark image stays below
+constexpr int kTwelveBits = 16;   // the upper byte of 12 bits that lie at the lower end of 16 is 0 to 15
+constexpr int kMinContrast = 60;  // of the detector's default threshold
 constexpr double kMosaic = 1.3, kMosaicLevels = 4;
-constexpr double kMostSaturated = 0.2;
+constexpr double kMaxSaturated = 0.2;
 constexpr int kReach = 4;           // px
 constexpr double kSteepest = 0.35;  // a blur of 4.4 px: the corner fit follows up to 4
 
@@ -57,9 +57,9 @@ ImageFault ImageSketch::fault() const noexcept {
   const int dark = level(10), bright = level(990);
   if (level(1000) < kTwelveBits) return ImageFault::kNearlyBlack;
   if (bright < kDark) return ImageFault::kDark;
-  if (static_cast<double>(histogram_[255]) > kMostSaturated * static_cast<double>(pixels_)) return ImageFault::kSaturated;
+  if (static_cast<double>(histogram_[255]) > kMaxSaturated * static_cast<double>(pixels_)) return ImageFault::kSaturated;
   if (neighbours() > kMosaicLevels && neighbours() > kMosaic * second_neighbours()) return ImageFault::kMosaic;
-  if (bright - dark < kLeastContrast) return ImageFault::kLittleContrast;
+  if (bright - dark < kMinContrast) return ImageFault::kLittleContrast;
   if (steepest() < kSteepest) return ImageFault::kBlurred;
   return ImageFault::kNone;
 }

@@ -20,7 +20,7 @@ Outcome<void> RecordingCamera::start() {
     const Outcome<GrayImage> image = read_gray_image(file, options_.sample_bits);
     if (image) {
       bits_advice_ = bits_advice(*image, "camera.bits");
-      pool_.reserve(image->width, image->height, std::clamp(options_.buffers, 3, FramePool::kMostBuffers));
+      pool_.reserve(image->width, image->height, std::clamp(options_.buffers, 3, FramePool::kMaxBuffers));
       next_ = 0;
       pacer_.start();
       return {};

@@ -16,7 +16,7 @@ struct RecordingCameraOptions {
   Pace pace = Pace::kCamera;
   RecordingTimes times;
   int sample_bits = 0;  // of images with two bytes a sample: as read_gray_image takes it
-  int buffers = 4;      // at least 3 are reserved, at most FramePool::kMostBuffers
+  int buffers = 4;      // at least 3 are reserved, at most FramePool::kMaxBuffers
 };
 
 // Frames have the clock kRecording, and the size of the first image that can be read. An image that is

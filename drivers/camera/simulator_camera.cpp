@@ -13,7 +13,7 @@ Outcome<void> SimulatorCamera::start() {
     Outcome<Renderer> renderer = Renderer::make(scene_);
     if (!renderer) return renderer.error();
     renderer_ = std::make_unique<Renderer>(std::move(renderer).value());
-    pool_.reserve(scene_.width(), scene_.height(), std::clamp(options_.buffers, 3, FramePool::kMostBuffers));
+    pool_.reserve(scene_.width(), scene_.height(), std::clamp(options_.buffers, 3, FramePool::kMaxBuffers));
   }
   next_ = 0;
   pacer_.start();

@@ -14,7 +14,7 @@ namespace srd {
 struct SimulatorCameraOptions {
   Pace pace = Pace::kCamera;
   std::uint64_t frames = 0;  // 0: endless
-  int buffers = 4;           // at least 3 are reserved, at most FramePool::kMostBuffers
+  int buffers = 4;           // at least 3 are reserved, at most FramePool::kMaxBuffers
 };
 
 // Renders into its own buffers, in next, on the caller's thread; nothing comes from the heap after start.

@@ -15,14 +15,14 @@ namespace srd {
 
 class StampGate {
  public:
-  static constexpr std::int64_t kLeastDelay = 250'000'000;  // exposure, transfer and decoding of a frame, ns
+  static constexpr std::int64_t kMinDelay = 250'000'000;  // exposure, transfer and decoding of a frame, ns
   static constexpr std::int64_t kDelayPeriods = 4;
   // A wait of so long found nothing at its beginning; the call alone is shorter, ns.
   static constexpr std::int64_t kWaited = 1'000'000;
 
   StampGate() = default;
   explicit StampGate(std::int64_t period_ns)
-      : delay_(std::max(kLeastDelay, kDelayPeriods * period_ns)), ahead_(std::max<std::int64_t>(period_ns, 0)) {}
+      : delay_(std::max(kMinDelay, kDelayPeriods * period_ns)), ahead_(std::max<std::int64_t>(period_ns, 0)) {}
 
   // The stream starts (again) now: no frame is older.
   void begin(std::int64_t now_ns) noexcept { empty_ns_ = now_ns; }
@@ -37,7 +37,7 @@ class StampGate {
   void gave(std::int64_t time_ns) noexcept { given_ns_ = time_ns; }
 
  private:
-  std::int64_t delay_ = kLeastDelay, ahead_ = 0;
+  std::int64_t delay_ = kMinDelay, ahead_ = 0;
   std::int64_t empty_ns_ = 0, given_ns_ = 0;
 };
 

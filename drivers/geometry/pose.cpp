@@ -49,6 +49,36 @@ Outcome<dsp::Pose<double>> pose_of(const cv::FileNode& root, const fs::path& fil
   return pose;
 }
 
+constexpr const char* kCovarianceKey = "pose_covariance";
+
+void put_pose(cv::FileStorage& storage, const dsp::Pose<double>& pose) {
+  cv::Matx33d rotation;
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column) rotation(row, column) = pose.rotation(row, column);
+  const dsp::Vec3<double>& t = pose.translation;
+  storage << "Rotationmatrix" << cv::Mat(rotation);
+  storage << "TranslationVector" << cv::Mat(cv::Matx31d(t.x(), t.y(), t.z()));
+}
+
+Outcome<std::optional<PoseCovariance>> covariance_of(const cv::FileNode& root, const fs::path& file) {
+  using Found = std::optional<PoseCovariance>;
+  if (root[kCovarianceKey].empty()) return Found{};
+  const std::string expected = "6 x 6, symmetric, no negative variance";
+  MatrixShape shape;
+  const auto numbers = read_matrix(root, file, kCovarianceKey, expected, &shape);
+  if (!numbers) return numbers.error();
+  if (shape.rows != 6 || shape.columns != 6)
+    return wrong_key(file, kCovarianceKey, expected, std::to_string(shape.rows) + " x " + std::to_string(shape.columns));
+  const PoseCovariance given = Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(numbers->data());
+  for (int row = 0; row < 6; ++row) {
+    if (!(given(row, row) >= 0)) return wrong_key(file, kCovarianceKey, expected, "variance " + number_text(given(row, row)));
+    for (int column = 0; column < row; ++column)
+      if (!(std::abs(given(row, column) - given(column, row)) <= 1e-6 * std::sqrt(given(row, row) * given(column, column))))
+        return wrong_key(file, kCovarianceKey, expected, "entries that differ across the diagonal");
+  }
+  return Found{(given + given.transpose()) / 2};
+}
+
 }  // namespace
 
 Outcome<dsp::Pose<double>> read_pose(const fs::path& file) {
@@ -57,14 +87,22 @@ Outcome<dsp::Pose<double>> read_pose(const fs::path& file) {
 }
 
 Outcome<void> write_pose(const fs::path& file, const dsp::Pose<double>& pose) {
+  return write_storage(file, [&](cv::FileStorage& storage) { put_pose(storage, pose); });
+}
+
+Outcome<void> write_pose(const fs::path& file, const dsp::Pose<double>& pose, const PoseCovariance& covariance) {
   return write_storage(file, [&](cv::FileStorage& storage) {
-    cv::Matx33d rotation;
-    for (int row = 0; row < 3; ++row)
-      for (int column = 0; column < 3; ++column) rotation(row, column) = pose.rotation(row, column);
-    const dsp::Vec3<double>& t = pose.translation;
-    storage << "Rotationmatrix" << cv::Mat(rotation);
-    storage << "TranslationVector" << cv::Mat(cv::Matx31d(t.x(), t.y(), t.z()));
+    put_pose(storage, pose);
+    cv::Matx<double, 6, 6> numbers;
+    for (int row = 0; row < 6; ++row)
+      for (int column = 0; column < 6; ++column) numbers(row, column) = covariance(row, column);
+    storage << kCovarianceKey << cv::Mat(numbers);
   });
+}
+
+Outcome<std::optional<PoseCovariance>> read_pose_covariance(const fs::path& file) {
+  return read_storage_as<std::optional<PoseCovariance>>(file, "a camera pose",
+                                                        [&](const cv::FileNode& root) { return covariance_of(root, file); });
 }
 
 }  // namespace srd

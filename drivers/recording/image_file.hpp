@@ -30,7 +30,7 @@ struct GrayImage {
 // keeps beside images ("._1.png") has their ending and not their contents.
 [[nodiscard]] bool is_image_name(const std::filesystem::path& file);
 
-constexpr int kLeastSampleBits = 8, kMostSampleBits = 16;
+constexpr int kMinSampleBits = 8, kMaxSampleBits = 16;
 
 // By contents, not by the ending. kInput for a missing, unreadable, cut or empty image. Samples of two bytes lose their low bits:
 // of sample_bits (8 to 16), which lie at the lower end, the highest 8 stay, and what is above them is 255. sample_bits 0: 16, in

@@ -17,7 +17,7 @@ namespace srd::dsp {
 template <int N>
 class FixedLdl {
   static constexpr int kQ = 20;
-  static constexpr std::int64_t kLeastPivot = std::int64_t{1} << 18;  // of 2^30..2^32
+  static constexpr std::int64_t kMinPivot = std::int64_t{1} << 18;  // of 2^30..2^32
 
  public:
   using Products = std::array<std::array<std::int64_t, N + 1>, N + 1>;
@@ -82,7 +82,7 @@ class FixedLdl {
   [[gnu::always_inline]] bool eliminate() {
     const std::int64_t pivot = a_[j][j];
     const int spare = 32 - static_cast<int>(std::bit_width(static_cast<std::uint64_t>(pivot)));
-    if (pivot < kLeastPivot || spare < 0) return false;
+    if (pivot < kMinPivot || spare < 0) return false;
     const std::int64_t inverse = (std::int64_t{1} << 62) / (pivot << spare);  // in (2^30, 2^31]
     each<N - j>([&](auto i)
                     __attribute__((always_inline)) { l_[j + 1 + i][j] = (a_[j + 1 + i][j] * inverse) >> (62 - kQ - spare); });

@@ -35,9 +35,9 @@ void response_row_above(const GrayView& image, int v, int u0, int u1, const Resp
 
 // Responses of a small square of pixels.
 struct ResponseWindow {
-  static constexpr int kMostSide = 31, kStride = 32;
+  static constexpr int kMaxSide = 31, kStride = 32;
   // Row-major; from a row's last pixel up to the next multiple of 8 it holds -32768.
-  alignas(64) std::array<std::int16_t, kMostSide * kStride> at;
+  alignas(64) std::array<std::int16_t, kMaxSide * kStride> at;
   int u0 = 0, v0 = 0, side = 0;  // px
   [[nodiscard]] const std::int16_t* row(int i) const { return at.data() + i * kStride; }
 };

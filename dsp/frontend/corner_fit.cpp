@@ -21,7 +21,7 @@ constexpr std::int64_t kSmoothBlur = 4096 * 45 / 100;
 constexpr int kPatience = 6;  // steps until that is tried
 constexpr std::int64_t kSoftBlur = 4096 * 38 / 100;
 // Q16 grey levels: 0 to 255, half of that, and what noise may add. Beyond them residuals are cut off and look small.
-constexpr std::int64_t kLeastMean = -(16 << 16), kMostMean = 271 << 16, kMostContrast = 144 << 16;
+constexpr std::int64_t kMinMean = -(16 << 16), kMaxMean = 271 << 16, kMaxContrast = 144 << 16;
 constexpr std::int64_t kMaxMove = 1 << 16, kMaxTurn = 1 << 12;  // of one step: 1 px, 1/4 rad
 
 // The state of the iteration: position in Q16 px relative to the window's centre pixel.
@@ -171,8 +171,8 @@ std::int64_t deviation_q12(const Ldl& solver, const State& state, std::int64_t r
 
 // A soft edge wants a window that sees both its sides: 2.8 blurs each way, at most 8/5 of the window that is asked for.
 int window_for(const GrayView& image, int cu, int cv, std::int32_t blur_q12, int half_window) {
-  const int least = std::clamp(half_window, kLeastHalfWindow, kMostHalfWindow);
-  const int most = std::min(least * 8 / 5, kMostHalfWindow);
+  const int least = std::clamp(half_window, kMinHalfWindow, kMaxHalfWindow);
+  const int most = std::min(least * 8 / 5, kMaxHalfWindow);
   const int wanted = (std::min(blur_q12, 16 * 4096) * 14 / 5 + 4095) >> 12;
   const int w = std::clamp(wanted, least, most);
   return image.contains(cu, cv, w) ? w : least;
@@ -255,7 +255,7 @@ bool fit_corner(const GrayView& image, const CornerShape& start, const CornerFit
   if (iteration == options.max_iterations) return false;
   if (std::abs(cross_q14(state.n1, state.n2)) < (1 << 14) / 4) return false;
   // Strokes of letters, a pattern finer than the window: they fit as something wider and brighter than any corner is.
-  if (state.blur >= kMaxBlur || state.contrast > kMostContrast || state.mean < kLeastMean || state.mean > kMostMean)
+  if (state.blur >= kMaxBlur || state.contrast > kMaxContrast || state.mean < kMinMean || state.mean > kMaxMean)
     return false;
 
   // Of a sharpened image, pixels that were cut off at black and white do not count.

@@ -49,7 +49,7 @@ void CornerLattice::build(const CornerLinks& links) {
   rebuild_table();
   // The best supported cells first: a corner amid four of them is hardly a false one.
   for (const int support : {4, 2, 1})
-    for (std::size_t i = 0; i < nodes_.size() && pieces_ < kMostPieces; ++i) {
+    for (std::size_t i = 0; i < nodes_.size() && pieces_ < kMaxPieces; ++i) {
       int cells = 0;
       for (int bit = 0; bit < 4; ++bit) cells += (nodes_[i].cells >> bit) & 1;
       if (places_[i].piece < 0 && cells >= support) flood(i);

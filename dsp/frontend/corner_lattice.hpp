@@ -23,7 +23,7 @@ inline void turn_cell(int turns, int& row, int& column) {
 
 class CornerLattice {
  public:
-  static constexpr int kMostPieces = 64;
+  static constexpr int kMaxPieces = 64;
 
   // Where a corner stands. turn: its half edge i + turn runs along the lattice's direction i (columns up, rows up,
   // columns down, rows down).
@@ -90,8 +90,8 @@ class CornerLattice {
   std::vector<std::uint8_t> refused_;  // contradicted once: does not come back
   std::size_t mask_ = 0;
   int pieces_ = 0;
-  std::array<bool, kMostPieces> bright_{};  // at row 0, column 0
-  std::array<int, kMostPieces> size_{};
+  std::array<bool, kMaxPieces> bright_{};  // at row 0, column 0
+  std::array<int, kMaxPieces> size_{};
 };
 
 }  // namespace srd::dsp

@@ -18,7 +18,7 @@ constexpr int kLooks = 5;
 constexpr float kBeside = 0.20f;  // of its length, and at least a pixel: wider than ink spreads, within thin squares
 // Of the corners' contrast: what its sides differ by at each place, and on the average. Blur takes most of it where
 // squares are few pixels wide; the squares round a corner that was missed turn it round.
-constexpr float kLeastDiffers = -0.05f, kMeanDiffers = 0.15f;
+constexpr float kMinDiffers = -0.05f, kMeanDiffers = 0.15f;
 constexpr float kSidesDiffer = 2.0f;  // ratio of a cell's opposite sides
 
 }  // namespace
@@ -209,7 +209,7 @@ bool CornerLinks::edge_seen(const CornerNode& from, int half, const CornerNode& 
     const float t = static_cast<float>(k) / static_cast<float>(kLooks + 1);
     const float u = from.u + t * du, v = from.v + t * dv;
     const float differs = sign * (level(u - beside * dv, v + beside * du) - level(u + beside * dv, v - beside * du));
-    if (differs < kLeastDiffers * contrast) return false;
+    if (differs < kMinDiffers * contrast) return false;
     sum += differs;
   }
   return sum >= kMeanDiffers * static_cast<float>(kLooks) * contrast;

@@ -24,16 +24,16 @@ constexpr CornerWindow make_window(int half_window, int parity) {
   return window;
 }
 
-using Windows = std::array<CornerWindow, kMostHalfWindow - kLeastHalfWindow + 1>;
+using Windows = std::array<CornerWindow, kMaxHalfWindow - kMinHalfWindow + 1>;
 constexpr Windows make_windows(int parity) {
   Windows windows;
-  for (int w = kLeastHalfWindow; w <= kMostHalfWindow; ++w)
-    windows[static_cast<std::size_t>(w - kLeastHalfWindow)] = make_window(w, parity);
+  for (int w = kMinHalfWindow; w <= kMaxHalfWindow; ++w)
+    windows[static_cast<std::size_t>(w - kMinHalfWindow)] = make_window(w, parity);
   return windows;
 }
 
 std::size_t place_of(int half_window) {
-  return static_cast<std::size_t>(std::clamp(half_window, kLeastHalfWindow, kMostHalfWindow) - kLeastHalfWindow);
+  return static_cast<std::size_t>(std::clamp(half_window, kMinHalfWindow, kMaxHalfWindow) - kMinHalfWindow);
 }
 
 constexpr std::int16_t saturate(int x) { return static_cast<std::int16_t>(std::clamp(x, -32768, 32767)); }
@@ -72,14 +72,14 @@ Bracket bracket(const std::array<CornerModel::Line, 2>& across, const std::array
   return b;
 }
 
-constexpr std::int16_t kMostSharpened = 5790;
+constexpr std::int16_t kMaxSharpened = 5790;
 
 // x + a (x - wider), cut off where a column ends; times 4 within 16 bits as long as the two differ by less than the contrast.
 std::int16_t sharpened(int x, int wider, std::int16_t amount_q13) {
   return saturate(x + multiply(saturate(4 * saturate(x - wider)), amount_q13));
 }
 
-std::int16_t cut(std::int16_t column) { return std::clamp<std::int16_t>(column, -kMostSharpened, kMostSharpened); }
+std::int16_t cut(std::int16_t column) { return std::clamp<std::int16_t>(column, -kMaxSharpened, kMaxSharpened); }
 
 }  // namespace
 

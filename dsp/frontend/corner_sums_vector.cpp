@@ -29,7 +29,7 @@ using Tag = hn::CappedTag<std::int16_t, 16>;
 using Wide = hn::RepartitionToWide<Tag>;
 constexpr int kPart = 128;          // pixels whose products a 32-bit sum holds
 constexpr int kSharpenedPart = 64;  // the same of a sharpened image, whose columns are larger
-constexpr int kMostSharpened = 5790;
+constexpr int kMaxSharpened = 5790;
 constexpr int kColumns = CornerSums::kColumns;
 
 struct Part {
@@ -122,7 +122,7 @@ HWY_INLINE void fill(const CornerWindow& window, const std::uint8_t* HWY_RESTRIC
   const auto rho = hn::Set(d, model.rho_q15), mean = hn::Set(d, model.mean_q6), contrast = hn::Set(d, model.contrast_q8);
   const auto store = [&](hn::Vec<Tag> column, hn::Mask<Tag> cut_off, int which, int k) HWY_ATTR {
     if constexpr (kSharpened)
-      column = hn::IfThenZeroElse(cut_off, hn::Min(hn::Max(column, hn::Set(d, -kMostSharpened)), hn::Set(d, kMostSharpened)));
+      column = hn::IfThenZeroElse(cut_off, hn::Min(hn::Max(column, hn::Set(d, -kMaxSharpened)), hn::Set(d, kMaxSharpened)));
     hn::Store(column, d, part.column[which] + k);
   };
   for (int k = 0; k < n; k += step) {

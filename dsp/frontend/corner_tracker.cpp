@@ -9,7 +9,7 @@ namespace srd::dsp {
 
 namespace {
 
-constexpr int kMaxRadius = ResponseWindow::kMostSide / 2;
+constexpr int kMaxRadius = ResponseWindow::kMaxSide / 2;
 
 }  // namespace
 

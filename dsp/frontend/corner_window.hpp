@@ -7,7 +7,7 @@
 
 namespace srd::dsp {
 
-inline constexpr int kLeastHalfWindow = 3, kMostHalfWindow = 8;
+inline constexpr int kMinHalfWindow = 3, kMaxHalfWindow = 8;
 
 // Offsets from the window's centre, px. What follows the last pixel up to a multiple of 64 has weight 0.
 struct CornerWindow {
@@ -17,7 +17,7 @@ struct CornerWindow {
   int size = 0;
 };
 
-// half_window: kLeastHalfWindow .. kMostHalfWindow.
+// half_window: kMinHalfWindow .. kMaxHalfWindow.
 [[nodiscard]] const CornerWindow& corner_window(int half_window);
 // Every second row of it: parity 0 with the rows 0, +-2, .. of the centre, 1 with those between.
 [[nodiscard]] const CornerWindow& corner_window_rows(int half_window, int parity);

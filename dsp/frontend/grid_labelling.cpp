@@ -8,7 +8,7 @@ namespace srd::dsp {
 
 namespace {
 
-constexpr std::size_t kMostCells = 4;  // of a grid, a corner announced: more is mostly holes
+constexpr std::size_t kMaxCells = 4;  // of a grid, a corner announced: more is mostly holes
 // A corner left out of the board speaks against it by half of what one in it speaks for it.
 constexpr float kLeftOut = 0.5f;
 
@@ -16,8 +16,8 @@ constexpr float kLeftOut = 0.5f;
 
 GridLabeller::GridLabeller(int max_corners)
     : max_corners_(static_cast<std::size_t>(max_corners)), links_(max_corners_), lattice_(max_corners_) {
-  cells_.reserve(kMostCells * max_corners_);
-  board_cells_.reserve(kMostCells * max_corners_);
+  cells_.reserve(kMaxCells * max_corners_);
+  board_cells_.reserve(kMaxCells * max_corners_);
   weight_.reserve(max_corners_);
   sorted_.reserve(max_corners_);
 }
@@ -96,7 +96,7 @@ Result<void> GridLabeller::find_grids(std::span<const CornerFit> corners, const 
   if (corners.size() > max_corners_) return Errc::kTooSmall;
   links_.build(corners, image);
   lattice_.build(links_);
-  std::array<int, CornerLattice::kMostPieces> order{};
+  std::array<int, CornerLattice::kMaxPieces> order{};
   const auto count = static_cast<std::size_t>(lattice_.pieces());
   for (std::size_t i = 0; i < count; ++i) order[i] = static_cast<int>(i);
   std::sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count),

@@ -61,7 +61,7 @@ class GridLabeller {
   CornerLattice lattice_;
   std::vector<int> cells_, board_cells_;
   std::vector<float> weight_, sorted_;  // how good a corner is: 1 like most, 0 like none
-  std::array<CornerGrid, CornerLattice::kMostPieces> grids_{};
+  std::array<CornerGrid, CornerLattice::kMaxPieces> grids_{};
   std::size_t grid_count_ = 0;
 };
 

@@ -8,14 +8,14 @@ namespace srd::dsp {
 
 namespace {
 
-constexpr std::size_t kMostStarts = 64;
+constexpr std::size_t kMaxStarts = 64;
 
 // What the model leaves of the better three quarters of the starts' corners: squares of the residual over the contrast, Q24. A
 // start that gives no corner counts as much as the worst that would be one. of_all: the same of all starts.
 std::int64_t left_over(const GrayView& image, std::span<const CornerShape> starts, const CornerFitOptions& options,
                        std::int64_t& of_all) {
   const std::int64_t worst = (options.max_residual_percent << 12) / 100;
-  std::array<std::int64_t, kMostStarts> parts{};
+  std::array<std::int64_t, kMaxStarts> parts{};
   std::size_t n = 0;
   for (const CornerShape& start : starts) {
     CornerFit fit;
@@ -37,7 +37,7 @@ std::int64_t left_over(const GrayView& image, std::span<const CornerShape> start
 }  // namespace
 
 Sharpening measure_sharpening(const GrayView& image, std::span<const CornerShape> starts, const CornerFitOptions& options) {
-  starts = starts.first(std::min(starts.size(), kMostStarts));
+  starts = starts.first(std::min(starts.size(), kMaxStarts));
   CornerFitOptions trial = options;
   trial.sharpening = {};
   std::int64_t without_all = 0, least_all = 0;
@@ -77,9 +77,9 @@ Sharpening measure_sharpening(const GrayView& image, std::span<const CornerShape
     }
   }
   // A print's own faults are explained a little by anything. Corners that do not fit at all without it speak for it, too.
-  constexpr int kLeastGainPercent = 5;
-  const bool explains = least * 100 <= without * (100 - kLeastGainPercent);
-  const bool finds = least_all * 100 <= without_all * (100 - kLeastGainPercent);
+  constexpr int kMinGainPercent = 5;
+  const bool explains = least * 100 <= without * (100 - kMinGainPercent);
+  const bool finds = least_all * 100 <= without_all * (100 - kMinGainPercent);
   return explains || finds ? best : Sharpening{};
 }
 

@@ -30,7 +30,7 @@ void read_live(TomlTable& camera, LiveCamera& live) {
   live.gain = camera.number("gain", {0, 1e6});
   live.sharpness = camera.number("sharpness", {0, 1e6});
   live.focus = camera.number("focus", {0, 1e6});
-  if (auto buffers = camera.integer("buffers", {3, FramePool::kMostBuffers})) live.buffers = static_cast<int>(*buffers);
+  if (auto buffers = camera.integer("buffers", {3, FramePool::kMaxBuffers})) live.buffers = static_cast<int>(*buffers);
   if (auto shutter = camera.choice("shutter", {"global", "rolling"}))
     live.shutter = *shutter == "rolling" ? Shutter::kRolling : Shutter::kGlobal;
   if (auto readout = camera.integer("readout_us", {0, 1e6, "us"})) live.readout_us = *readout;
@@ -80,7 +80,7 @@ void read_camera(TomlTable camera, const std::filesystem::path& folder, NodeConf
   }
   if (auto rate = camera.choice("rate", {"camera", "max"})) config.pace = *rate == "max" ? Pace::kMax : Pace::kCamera;
   if (auto rate = camera.number("frame_rate_hz", {0.001, 10000, "Hz"})) config.frame_rate_hz = *rate;
-  if (auto bits = camera.integer("bits", {kLeastSampleBits, kMostSampleBits})) config.recording_bits = static_cast<int>(*bits);
+  if (auto bits = camera.integer("bits", {kMinSampleBits, kMaxSampleBits})) config.recording_bits = static_cast<int>(*bits);
   if (auto scene = camera.text("scene")) config.scene = folder / *scene;
   read_live(camera, config.live);
   if (const double period_us = 1e6 / config.frame_rate_hz; static_cast<double>(config.live.exposure_us.value_or(0)) > period_us)

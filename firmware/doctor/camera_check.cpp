@@ -17,7 +17,7 @@ constexpr std::uint64_t kFrames = 100;
 constexpr int kSearched = 10;                               // frames in which the pattern is looked for
 constexpr auto kPatience = std::chrono::milliseconds(100);  // between looks at whether to stop
 constexpr int kStep = 4;                                    // every fourth pixel is enough to judge the light
-constexpr double kDark = 30, kBright = 225, kMostSaturated = 0.01;
+constexpr double kDark = 30, kBright = 225, kMaxSaturated = 0.01;
 constexpr double kRateTolerance = 0.02;
 constexpr const char* kFramesAdvice =
     "the cable, the trigger if the sensor waits for one, and another program that has the camera";
@@ -120,7 +120,7 @@ void judge_light(const Seen& seen, const LitFrames& frames, Diagnosis& diagnosis
   const std::string found = formatted("mean grey level %.0f, %.1f %% saturated", mean, 100 * saturated);
   if (mean < kDark)
     diagnosis.warn("light", found + ": too dark", "a longer exposure (camera.exposure_us), more gain or light; the lens cap");
-  else if (mean > kBright || saturated > kMostSaturated)
+  else if (mean > kBright || saturated > kMaxSaturated)
     diagnosis.warn("light", found + ": too bright", "a shorter exposure (camera.exposure_us), less gain, no reflections");
   else
     diagnosis.ok("light", found);

@@ -25,8 +25,8 @@ namespace srd::firmware {
 namespace {
 
 constexpr std::int64_t kWakeEvery_ns = 1'000'000;
-constexpr double kMostLateness_us = 200;            // what a strobe pulse may be late by default
-constexpr rlim_t kLeastLocked = rlim_t{256} << 20;  // all that is reserved counts, used or not
+constexpr double kMostLateness_us = 200;          // what a strobe pulse may be late by default
+constexpr rlim_t kMinLocked = rlim_t{256} << 20;  // all that is reserved counts, used or not
 constexpr float kHot_c = 80;
 
 // How late a thread of this priority wakes, us, sorted. Sleeps to absolute times, as the strobe does.
@@ -127,7 +127,7 @@ void check_permissions(const NodeConfig& config, Diagnosis& diagnosis, const Rea
     diagnosis.ok("memory", "is not to be locked");
   else if (calls.may_lock_everything())
     diagnosis.ok("memory", "may be locked without a limit");
-  else if (locked.rlim_cur >= kLeastLocked)
+  else if (locked.rlim_cur >= kMinLocked)
     diagnosis.ok("memory", formatted("up to %llu MiB may be locked", static_cast<unsigned long long>(locked.rlim_cur >> 20)));
   else
     diagnosis.warn("memory", formatted("only %llu KiB may be locked", static_cast<unsigned long long>(locked.rlim_cur >> 10)),

@@ -15,7 +15,7 @@ namespace srd::bundle {
 
 namespace {
 
-constexpr int kMostIterations = 200;
+constexpr int kMaxIterations = 200;
 
 // A corner of a free board against where a bent board has it. Blocks: point, bend.
 class PriorCost : public ceres::SizedCostFunction<3, 3, kBend> {
@@ -98,7 +98,7 @@ Result<int> minimise(ceres::Problem& problem, CameraState& state) {
   for (double* block : blocks) options.linear_solver_ordering->AddElementToGroup(block, 1);
   for (PoseVector& pose : state.poses)
     if (problem.HasParameterBlock(pose.data())) options.linear_solver_ordering->AddElementToGroup(pose.data(), 0);
-  options.max_num_iterations = kMostIterations;
+  options.max_num_iterations = kMaxIterations;
   options.function_tolerance = 1e-12;
   options.parameter_tolerance = 1e-11;
   options.gradient_tolerance = 1e-12;

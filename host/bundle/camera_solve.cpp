@@ -15,8 +15,8 @@ namespace {
 
 using Residuals = std::vector<std::vector<Eigen::Vector2d>>;
 
-constexpr int kMostRounds = 12;
-constexpr double kMostAddedPx = 100;
+constexpr int kMaxRounds = 12;
+constexpr double kMaxAddedPx = 100;
 
 template <class Visit>
 void each_corner(const std::vector<BoardView>& views, Visit visit) {
@@ -71,7 +71,7 @@ class Solver {
       (void)reject();
       if (auto done = minimise_now(); !done) return done;
     }
-    for (int round = 0; round < kMostRounds; ++round) {
+    for (int round = 0; round < kMaxRounds; ++round) {
       const double before = weighting_.added_px;
       weigh();
       const bool other_corners = options_.reject > 0 && reject();
@@ -149,7 +149,7 @@ class Solver {
       weighting_.added_px = 0;
       return;
     }
-    double low = 0, high = kMostAddedPx;
+    double low = 0, high = kMaxAddedPx;
     for (int halving = 0; halving < 60; ++halving) {
       const double middle = 0.5 * (low + high);
       (chi_square(middle) > n ? low : high) = middle;

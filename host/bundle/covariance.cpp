@@ -9,7 +9,7 @@ namespace srd::bundle {
 
 namespace {
 
-constexpr double kLeastEigenvalue = 1e-13;
+constexpr double kMinEigenvalue = 1e-13;
 
 // J'J of a matrix with few entries a row.
 Eigen::MatrixXd information(const ceres::CRSMatrix& jacobian) {
@@ -40,7 +40,7 @@ Result<Covariance> covariance(ceres::Problem& problem, const std::vector<Block>&
   const Eigen::VectorXd unit = diagonal.cwiseSqrt().cwiseInverse();
   h = unit.asDiagonal() * h * unit.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(h);
-  if (solver.info() != Eigen::Success || !(solver.eigenvalues()[0] > kLeastEigenvalue)) return Errc::kSingular;
+  if (solver.info() != Eigen::Success || !(solver.eigenvalues()[0] > kMinEigenvalue)) return Errc::kSingular;
   Covariance result;
   result.weakness = {solver.eigenvalues()[0], solver.eigenvectors().col(0)};
   const Eigen::MatrixXd half =

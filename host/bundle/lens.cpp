@@ -40,15 +40,15 @@ struct Tilt {
 bool is_coefficient_count(int n) { return n == 4 || n == 5 || n == 8 || n == 12 || n == 14; }
 
 std::string intrinsic_name(int index) {
-  static constexpr std::array<const char*, kMostIntrinsics> kNames{"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3",
-                                                                   "k4", "k5", "k6", "s1", "s2", "s3", "s4", "tx", "ty"};
+  static constexpr std::array<const char*, kMaxIntrinsics> kNames{"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3",
+                                                                  "k4", "k5", "k6", "s1", "s2", "s3", "s4", "tx", "ty"};
   return kNames[static_cast<std::size_t>(index)];
 }
 
 bool project(std::span<const double> intrinsics, const Vector3d& point, Vector2d& pixel, IntrinsicsJacobian* by_intrinsics,
              Eigen::Matrix<double, 2, 3>* by_point) {
   if (!(point.z() > 0)) return false;
-  std::array<double, kMostCoefficients> k{};
+  std::array<double, kMaxCoefficients> k{};
   const std::size_t n = intrinsics.size() - kPinhole;
   std::copy_n(intrinsics.begin() + kPinhole, n, k.begin());
   const double fx = intrinsics[0], fy = intrinsics[1];

@@ -9,15 +9,15 @@
 
 namespace srd::bundle {
 
-inline constexpr int kMostCoefficients = 14;
+inline constexpr int kMaxCoefficients = 14;
 inline constexpr int kPinhole = 4;  // fx fy cx cy, px, before the coefficients
-inline constexpr int kMostIntrinsics = kPinhole + kMostCoefficients;
+inline constexpr int kMaxIntrinsics = kPinhole + kMaxCoefficients;
 
 // Intrinsics stand as fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 tx ty, cut after 4, 5, 8, 12 or 14 coefficients.
 [[nodiscard]] bool is_coefficient_count(int n);
 [[nodiscard]] std::string intrinsic_name(int index);
 
-using IntrinsicsJacobian = Eigen::Matrix<double, 2, kMostIntrinsics, Eigen::RowMajor>;
+using IntrinsicsJacobian = Eigen::Matrix<double, 2, kMaxIntrinsics, Eigen::RowMajor>;
 
 // Pixel of a point in the camera's frame (mm, z > 0). Jacobians: of the pixel, for the first 4 + n intrinsics (the
 // others stay as they are), and for the point. false: not in front of the camera; nothing is written then.

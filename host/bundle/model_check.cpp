@@ -9,7 +9,7 @@ namespace srd::bundle {
 
 namespace {
 
-constexpr std::size_t kLeastViews = 6;
+constexpr std::size_t kMinViews = 6;
 constexpr double kOnceIn1000 = 3.09, kOnceIn10000 = 3.719;
 
 // Lens and bend, and their covariance.
@@ -53,7 +53,7 @@ ModelCheck check_model(const BoardShape& shape, const std::vector<BoardView>& vi
       check.bend_significance = square_in(found->covariance.bottomRightCorner<kBend, kBend>(), found->bend);
     }
   }
-  if (views.size() >= kLeastViews) {
+  if (views.size() >= kMinViews) {
     std::vector<BoardView> even, odd;
     for (std::size_t i = 0; i < views.size(); ++i) (i % 2 == 0 ? even : odd).push_back(views[i]);
     auto first = solve_camera(shape, even, image_width, image_height, options);

@@ -10,9 +10,9 @@ namespace srd::host {
 
 namespace {
 
-constexpr int kMostCorners = 16384;
-constexpr int kLeastSide = 4;         // corners: a part of a board that is smaller may be anything
-constexpr double kLeastSigma = 1e-3;  // px: a corner is not known better than its pixels' own places
+constexpr int kMaxCorners = 16384;
+constexpr int kMinSide = 4;         // corners: a part of a board that is smaller may be anything
+constexpr double kMinSigma = 1e-3;  // px: a corner is not known better than its pixels' own places
 constexpr double kSigmaUnit = 4096;
 constexpr std::array kThresholds{200, 100, 50};
 
@@ -40,12 +40,12 @@ void take(const dsp::CornerGrid& grid, std::span<const dsp::CornerFit> corners, 
       if (cell < 0) continue;
       const dsp::Corner& corner = corners[static_cast<std::size_t>(cell)].corner;
       board.view.corners.push_back(
-          {r, c, {corner.u.to<double>(), corner.v.to<double>()}, std::max(corner.sigma_q12 / kSigmaUnit, kLeastSigma)});
+          {r, c, {corner.u.to<double>(), corner.v.to<double>()}, std::max(corner.sigma_q12 / kSigmaUnit, kMinSigma)});
     }
 }
 
 bool is_part(int rows, int columns, const bundle::BoardShape& board) {
-  return rows >= kLeastSide && columns >= kLeastSide && rows <= board.rows && columns <= board.columns;
+  return rows >= kMinSide && columns >= kMinSide && rows <= board.rows && columns <= board.columns;
 }
 
 // One stray corner does not make a line.
@@ -92,7 +92,7 @@ Candidate search_once(dsp::BoardFinder& finder, const GrayImage& image, const bu
 
 Outcome<SightedBoard> sight_board(const GrayImage& image, const std::filesystem::path& file, const bundle::BoardShape& board,
                                   const BoardSearch& search) {
-  dsp::BoardFinder finder(image.width, image.height, kMostCorners);
+  dsp::BoardFinder finder(image.width, image.height, kMaxCorners);
   Candidate best;
   if (search.threshold > 0) {
     best = search_once(finder, image, board, search, search.threshold);
@@ -112,7 +112,7 @@ Outcome<SightedBoard> sight_board(const GrayImage& image, const std::filesystem:
                    best.larger ? "shows a larger board" : "shows no such board",
                    file.string(),
                    "a board of " + grid_text(board.rows, board.columns) + " inner corners, or a part of it of at least " +
-                       grid_text(kLeastSide, kLeastSide),
+                       grid_text(kMinSide, kMinSide),
                    found,
                    "count the inner corners, look at light and focus, and keep other checks out of the image"};
   }

@@ -9,7 +9,7 @@ namespace srd::host {
 
 namespace {
 
-constexpr std::size_t kLeastFreeViews = 12;
+constexpr std::size_t kMinFreeViews = 12;
 constexpr int kMapColumns = 33, kMapRows = 19;
 
 }  // namespace
@@ -73,11 +73,11 @@ Outcome<CalibrationResult> calibrate_boards(const CalibratePlan& plan, std::vect
       result.sighted.push_back(std::move(part));
     }
   }
-  if (plan.camera.surface == bundle::Surface::kFree && result.views.size() < kLeastFreeViews)
+  if (plan.camera.surface == bundle::Surface::kFree && result.views.size() < kMinFreeViews)
     return Problem{Exit::kInput,
                    "too few views for a board whose every corner is free",
                    "the images",
-                   "at least " + std::to_string(kLeastFreeViews),
+                   "at least " + std::to_string(kMinFreeViews),
                    std::to_string(result.views.size()),
                    "take more, or --surface bent"};
   auto fit = solve(plan.camera);

@@ -13,12 +13,12 @@ namespace srd::host {
 namespace {
 
 constexpr int kFields = 10;
-constexpr std::size_t kLeastViews = 4;
+constexpr std::size_t kMinViews = 4;
 constexpr double kDegrees = 57.29577951308232;
-constexpr double kLeastExtent = 0.12;     // of the image's width: smaller boards tell nothing of the lens
-constexpr double kFrontal = 8;            // degrees: a board tilted less does not tell focal length from distance
-constexpr double kMostFocalError = 0.02;  // of the focal length: beyond, no calibration but a guess
-constexpr double kMostRms = 3;            // px: corners of one camera and one board leave far less
+constexpr double kMinExtent = 0.12;      // of the image's width: smaller boards tell nothing of the lens
+constexpr double kFrontal = 8;           // degrees: a board tilted less does not tell focal length from distance
+constexpr double kMaxFocalError = 0.02;  // of the focal length: beyond, no calibration but a guess
+constexpr double kMaxRms = 3;            // px: corners of one camera and one board leave far less
 
 std::string size_text(int width, int height) { return std::to_string(width) + " x " + std::to_string(height) + " px"; }
 
@@ -94,28 +94,28 @@ Outcome<void> check_views(const bundle::BoardShape& board, const std::vector<Sig
                    "no image shows the whole board",
                    "the images",
                    std::to_string(board.columns) + " x " + std::to_string(board.rows) + " inner corners in at least " +
-                       std::to_string(kLeastViews) + " images",
+                       std::to_string(kMinViews) + " images",
                    "at most " + std::to_string(columns) + " x " + std::to_string(rows),
                    "count the inner corners again; if the size is right, take images with the whole board in view"};
   }
-  if (whole < kLeastViews)
+  if (whole < kMinViews)
     return Problem{Exit::kInput,
                    "too few views of the whole board",
                    "the images",
-                   "at least " + std::to_string(kLeastViews) + ", better 12 to 20",
+                   "at least " + std::to_string(kMinViews) + ", better 12 to 20",
                    std::to_string(whole) +
                        (sighted.size() > whole ? " whole and " + std::to_string(sighted.size() - whole) + " in part" : ""),
                    "take more: the board in every part of the image, tilted by 20 to 45 degrees, each time another way"};
   double largest = 0;
   for (const SightedBoard& view : sighted) largest = std::max(largest, extent_of(view));
-  if (largest < kLeastExtent)
-    return Problem{Exit::kInput,
-                   "the board is too small in every image",
-                   "the images",
-                   "a board that takes up at least " + formatted("%.0f %%", 100 * kLeastExtent) +
-                       " of the image's width, better half of it",
-                   formatted("%.1f %%", 100 * largest),
-                   "hold the board nearer to the camera, or use a larger one"};
+  if (largest < kMinExtent)
+    return Problem{
+        Exit::kInput,
+        "the board is too small in every image",
+        "the images",
+        "a board that takes up at least " + formatted("%.0f %%", 100 * kMinExtent) + " of the image's width, better half of it",
+        formatted("%.1f %%", 100 * largest),
+        "hold the board nearer to the camera, or use a larger one"};
   return {};
 }
 
@@ -130,7 +130,7 @@ Outcome<void> check_fit(const CalibrationResult& result) {
         formatted("at most %.1f degrees", result.coverage.most_tilt),
         "tilt the board, each time another way: square on, nothing tells a long lens far away from a short one near by"};
   const double all_used = static_cast<double>(fit.used) / (fit.used + fit.rejected);
-  if (fit.rms_px > kMostRms || all_used < 0.7) {
+  if (fit.rms_px > kMaxRms || all_used < 0.7) {
     std::string worst;
     double most = 0;
     for (std::size_t i = 0; i < fit.views.size(); ++i) {
@@ -150,11 +150,11 @@ Outcome<void> check_fit(const CalibrationResult& result) {
   }
   for (const int i : {0, 1}) {
     const double part = fit.deviation(i) / fit.intrinsics[static_cast<std::size_t>(i)];
-    if (part <= kMostFocalError) continue;
+    if (part <= kMaxFocalError) continue;
     return Problem{Exit::kInput,
                    "the views do not determine the focal length",
                    "the images",
-                   formatted("a standard error of at most %.0f %%", 100 * kMostFocalError),
+                   formatted("a standard error of at most %.0f %%", 100 * kMaxFocalError),
                    bundle::intrinsic_name(i) + formatted(" %.0f +- %.0f px (%.1f %%), boards tilted by %.0f to %.0f degrees",
                                                          fit.intrinsics[static_cast<std::size_t>(i)], fit.deviation(i),
                                                          100 * part, result.coverage.least_tilt, result.coverage.most_tilt),

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "drivers/recording/rig.hpp"
+#include "drivers/geometry/calibration.hpp"
 #include "drivers/support/formatted.hpp"
 #include "drivers/support/text_file.hpp"
 #include "host/bundle/lens.hpp"

@@ -14,8 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kLeastCorners = 4, kMostCornersAlong = 200;
-constexpr double kMostSquareMm = 1e4;
+constexpr int kMinCorners = 4, kMaxCornersAlong = 200;
+constexpr double kMaxSquareMm = 1e4;
 constexpr const char* kBoardForm = "two whole numbers from 4 to 200, inner corners along and across, as 17x7";
 
 Outcome<bundle::BoardShape> parse_board(const std::string& text) {
@@ -28,7 +28,7 @@ Outcome<bundle::BoardShape> parse_board(const std::string& text) {
   const auto across = parse_number<int>(std::string_view(text).substr(cross + 1));
   if (!along || !across) return wrong();
   for (const int side : {*along, *across})
-    if (side < kLeastCorners || side > kMostCornersAlong) return wrong();
+    if (side < kMinCorners || side > kMaxCornersAlong) return wrong();
   return bundle::BoardShape{*across, *along, 0};
 }
 
@@ -60,10 +60,10 @@ Outcome<void> read_settings(const fs::path& file, CalibratePlan& plan) {
   if (!values->has({"Write_outputFileName"}) && values->has({"OutputFileName"}))
     return Problem{Exit::kUsage,           "are settings of a reconstruction", file.string(), "settings of a calibration",
                    "key 'OutputFileName'", "srd reconstruct reads them"};
-  const NumberRange corners{kLeastCorners, kMostCornersAlong, "inner corners"};
+  const NumberRange corners{kMinCorners, kMaxCornersAlong, "inner corners"};
   plan.board.rows = values->integer({"BoardSize_Width"}, corners).value_or(0);
   plan.board.columns = values->integer({"BoardSize_Height"}, corners).value_or(0);
-  plan.board.square_mm = values->number({"Square_Size"}, {1e-3, kMostSquareMm, "mm"}).value_or(0);
+  plan.board.square_mm = values->number({"Square_Size"}, {1e-3, kMaxSquareMm, "mm"}).value_or(0);
   required({"BoardSize_Width"}, "rows of inner corners");
   required({"BoardSize_Height"}, "columns of inner corners");
   required({"Square_Size"}, "side of a square, mm");

@@ -50,12 +50,10 @@ Outcome<PoseFit> pose_of(const CameraSettings& camera, const Calibration& calibr
   const CornerSearch search{settings.response_radius, settings.response_threshold, settings.min_distance_px};
   const auto corners = find_board_corners(image->view(), settings.board, search, camera.reference.string());
   if (!corners) return corners.error();
-  std::vector<Vec2<double>> pixels;
-  for (const BoardCorner& corner : *corners) pixels.push_back(corner.pixel);
   Points seen = rows_from_columns(listed, settings.board);
-  Outcome<PoseFit> fit = fit_pose(calibration, pixels, seen, camera.reference.string());
+  Outcome<PoseFit> fit = fit_pose(calibration, with_points(*corners, seen), camera.reference.string());
   if (!fit) {
-    const Outcome<PoseFit> by_rows = fit_pose(calibration, pixels, listed, camera.reference.string());
+    const Outcome<PoseFit> by_rows = fit_pose(calibration, with_points(*corners, listed), camera.reference.string());
     if (!by_rows) return fit;
     fit = by_rows;
     seen = listed;

@@ -12,43 +12,12 @@
 #include "drivers/recording/recording.hpp"
 #include "drivers/support/text_file.hpp"
 #include "host/reconstruct/options.hpp"
+#include "host/run/option_checks.hpp"
 #include "host/run/ordered_work.hpp"
 
 namespace srd::host {
 
 namespace {
-
-// CLI's own number checks let NaN through.
-CLI::Validator within(double least, double most, const std::string& unit) {
-  return CLI::Validator(
-      [=](std::string& text) -> std::string {
-        double x = 0;
-        if (CLI::detail::lexical_cast(text, x) && std::isfinite(x) && x > least && x <= most) return {};
-        std::array<char, 96> message;
-        std::snprintf(message.data(), message.size(), "%s is not a number above %g and up to %g%s%s", text.c_str(), least, most,
-                      unit.empty() ? "" : " ", unit.c_str());
-        return message.data();
-      },
-      "", "within");
-}
-
-// A word for a value, upper or lower case. CLI's own transformer lists its map with the values' bytes.
-template <class Value>
-CLI::Validator one_of(const std::vector<std::pair<std::string, Value>>& choices) {
-  return CLI::Validator(
-      [choices](std::string& text) -> std::string {
-        std::string names;
-        for (const auto& [name, value] : choices) {
-          if (CLI::detail::to_lower(text) == name) {
-            text = std::to_string(static_cast<int>(value));
-            return {};
-          }
-          names += (names.empty() ? "" : ", ") + name;
-        }
-        return "'" + text + "' is none of " + names;
-      },
-      "", "one_of");
-}
 
 Outcome<void> reconstruct(ReconstructOptions options, const std::vector<std::string>& plate_texts) {
   const dsp::EstimatorOptions bounds;
@@ -127,7 +96,7 @@ void add_reconstruct_command(CLI::App& app, int& exit_code) {
       ->add_option("--bits", options->sample_bits,
                    "bits of the images' samples where they take two bytes each and lie at the lower end (default: 16; in a PGM "
                    "those of its maximum)")
-      ->check(CLI::Range(kLeastSampleBits, kMostSampleBits));
+      ->check(CLI::Range(kMinSampleBits, kMaxSampleBits));
   const char* settings_only = "OpenSRD settings";
   command->add_option("--features", options->features, "features of an earlier run (its --out folder) instead of images")
       ->group(settings_only);

@@ -8,6 +8,7 @@ namespace srd::host {
 namespace {
 
 constexpr int kMaxCorners = 16384;
+constexpr double kUnknownSigma = 0.1;  // px; of a corner whose deviation the fit does not tell
 
 std::string grid_text(int rows, int columns) { return std::to_string(rows) + " rows of " + std::to_string(columns); }
 
@@ -43,8 +44,9 @@ Outcome<std::vector<BoardCorner>> find_board_corners(const GrayView& image, Patt
   std::vector<BoardCorner> found;
   for (const int cell : grid->cells) {
     const dsp::CornerFit& corner = corners[static_cast<std::size_t>(cell)];
-    found.push_back(
-        {{corner.corner.u.to<double>(), corner.corner.v.to<double>()}, dsp::GridLabeller::bright_below_right(corner)});
+    found.push_back({{corner.corner.u.to<double>(), corner.corner.v.to<double>()},
+                     dsp::GridLabeller::bright_below_right(corner),
+                     corner.corner.sigma_q12 > 0 ? corner.corner.sigma_q12 / 4096.0 : kUnknownSigma});
   }
   return found;
 }

@@ -22,6 +22,7 @@ struct CornerSearch {
 struct BoardCorner {
   dsp::Vec2<double> pixel;          // raw
   bool bright_below_right = false;  // the square between the directions +u and +v
+  double sigma_px = 1;              // standard deviation per axis, as the detector states it
 };
 
 // The top left of the image first, along u, then the next row. kInput when the board is not there whole:

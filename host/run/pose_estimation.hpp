@@ -10,6 +10,7 @@
 #include "drivers/geometry/calibration.hpp"
 #include "drivers/geometry/points.hpp"
 #include "dsp/core/image_view.hpp"
+#include "dsp/pose/pose_fit.hpp"
 #include "host/run/board_corners.hpp"
 
 namespace srd::host {
@@ -19,6 +20,9 @@ struct PoseFit {
   double rms_px = 0;    // of the residuals, per axis
   double worst_px = 0;  // largest residual
   int corners = 0;
+  dsp::PoseEstimate estimate;              // the same pose with its errors
+  double common_px = 0;                    // added to every corner's deviation: print, lens; 0: these explain what is left
+  std::vector<dsp::Vec2<double>> left_px;  // of each corner: found minus seen from the pose
   std::vector<std::string> warnings;
 };
 
@@ -27,8 +31,15 @@ struct PoseFit {
 // Points in the order in which the camera sees them: positions 2 and 3 see the list from its end.
 [[nodiscard]] Points seen_order(const Points& points, int position);
 
-// pixels[i] (raw) shows points[i]. where: for messages. kInput: fewer than 4 points, points in one line, a corner
-// outside the field of the calibration, residuals above 5 px rms, or a camera below the pattern (mirrored order).
+// corners[i] shows points[i]; what is longer is cut.
+[[nodiscard]] std::vector<dsp::PoseCorner> with_points(std::span<const BoardCorner> corners,
+                                                       std::span<const dsp::Vec3<double>> points);
+// where: for messages. water: what the corners are seen through; null: dry, without plates. kInput: fewer than 4 points,
+// points in one line, a corner outside the field of the calibration, residuals above 5 px rms, or a camera below the pattern
+// (mirrored order).
+[[nodiscard]] Outcome<PoseFit> fit_pose(const Calibration& calibration, std::span<const dsp::PoseCorner> corners,
+                                        const std::string& where, const dsp::WaterAbove* water = nullptr);
+// The same where all corners count alike: pixels[i] (raw) shows points[i].
 [[nodiscard]] Outcome<PoseFit> fit_pose(const Calibration& calibration, std::span<const dsp::Vec2<double>> pixels,
                                         std::span<const dsp::Vec3<double>> points, const std::string& where);
 

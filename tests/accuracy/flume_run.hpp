@@ -41,7 +41,7 @@ class OpencvCorners {
   void add(const GrayView& image, const std::vector<dsp::Vec2<double>>& truth) {
     const cv::Mat pixels(image.height, image.width, CV_8U, const_cast<std::uint8_t*>(image.pixels),
                          static_cast<std::size_t>(image.stride_bytes));
-    for (int window = kLeast; window <= kMost; ++window) {
+    for (int window = kMin; window <= kMax; ++window) {
       std::vector<cv::Point2f> corners;
       for (const auto& at : truth)
         corners.emplace_back(static_cast<float>(std::round(at.x())), static_cast<float>(std::round(at.y())));
@@ -56,7 +56,7 @@ class OpencvCorners {
     n_ += truth.size();
   }
   [[nodiscard]] int best_window() const {
-    const auto first = squares_.begin() + kLeast;
+    const auto first = squares_.begin() + kMin;
     return static_cast<int>(std::min_element(first, squares_.end()) - squares_.begin());
   }
   [[nodiscard]] double rms() const {
@@ -64,8 +64,8 @@ class OpencvCorners {
   }
 
  private:
-  static constexpr int kLeast = 2, kMost = 16;
-  std::vector<double> squares_ = std::vector<double>(kMost + 1, 0.0);
+  static constexpr int kMin = 2, kMax = 16;
+  std::vector<double> squares_ = std::vector<double>(kMax + 1, 0.0);
   std::size_t n_ = 0;
 };
 

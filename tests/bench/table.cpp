@@ -36,7 +36,7 @@ std::string machine() {
 }  // namespace
 
 int print_table(const std::vector<Measure>& measures, int rounds) {
-  constexpr double kLeastSeconds = 2e-3;  // a turn, long against the clock's own reading
+  constexpr double kMinSeconds = 2e-3;  // a turn, long against the clock's own reading
   std::map<std::string, std::vector<double>> seconds;
   std::map<std::string, int> repetitions;
   for (int round = -1; round < rounds; ++round)
@@ -46,7 +46,7 @@ int print_table(const std::vector<Measure>& measures, int rounds) {
         const double begin = cpu_seconds();
         measure.run();
         const double took = cpu_seconds() - begin;
-        n = std::max(1, static_cast<int>(kLeastSeconds / std::max(took, 1e-9)));
+        n = std::max(1, static_cast<int>(kMinSeconds / std::max(took, 1e-9)));
         continue;
       }
       if (measure.slow && round >= 3) continue;

@@ -12,6 +12,9 @@ PLOT = ("srd", "plot", "run.csv", "--out", "new")
 CALIBRATE = ("srd", "calibrate", "view.png", "--out", "new", "--board", "21x11", "--square-mm", "20")
 CALIBRATE_SETTINGS = ("srd", "calibrate", "settings.xml", "--out", "new")
 COMPARE = ("srd", "compare", "run.csv", "truth.csv")
+OF_REC = ("--calibration", "rec/calibration.yml", "--pattern", "rec/points.txt")
+POSE = ("srd", "pose", "rec/reference.png", *OF_REC, "--out", "new", "--position", "1")
+RIG_CHECK = ("srd", "rig-check", "rec/reference.png", "rec/reference.png", *OF_REC, "--position", "1")
 
 
 def scene(more, old=None, new=None):
@@ -289,4 +292,68 @@ CALIBRATING = [
     ("settings of a single view", calibration_settings(), CALIBRATE_SETTINGS, INPUT, ["too few views of the whole board"]),
 ]
 
-CASES = SIMULATING + CALIBRATING + RECONSTRUCTING + LISTENING + TABLES
+def without(command, option):
+    at = command.index(option)
+    return command[:at] + command[at + 2:]
+
+
+def with_images(**images):
+    """A recording with blank images beside it: name=(width, height)."""
+    def build(bench):
+        recording(bench)
+        for name, size in images.items():
+            bench.blank_image(f"{name}.pgm", *size)
+    return build
+
+
+WHOLE = with_images(blank=(640, 320), small=(64, 64))
+BY_SIZE = without(POSE, "--pattern")
+
+POSING = [
+    ("no calibration", recording, without(POSE, "--calibration"), USAGE, ["--calibration"]),
+    ("no folder to write to", recording, without(POSE, "--out"), USAGE, ["--out"]),
+    ("no pattern", recording, BY_SIZE, USAGE, ["no pattern", "--pattern", "--square-mm"]),
+    ("a board without its squares", recording, (*BY_SIZE, "--board", "11x21"), USAGE, ["no pattern", "no --square-mm"]),
+    ("a board that is no size", recording, (*BY_SIZE, "--board", "11by21", "--square-mm", "20"), USAGE,
+     ["--board", "ROWSxCOLUMNS", "'11by21'"]),
+    ("a board of one row", recording, (*BY_SIZE, "--board", "1x21", "--square-mm", "20"), USAGE, ["--board", "2 to 500", "'1x21'"]),
+    ("not a number for a square", recording, (*BY_SIZE, "--board", "11x21", "--square-mm", "nan"), USAGE, ["--square-mm", "nan"]),
+    ("points and the size of a square", recording, (*POSE, "--square-mm", "20"), USAGE, ["--square-mm", "exclude", "both"]),
+    ("points of another board than the one named", recording, (*POSE, "--board", "12x21"), INPUT,
+     ["rec/points.txt", "12 rows of 21", "11 rows of 21"]),
+    ("points that are no board", written(recording, "rec/points.txt", "0 0 0\n20 0 0\n0 20 0\n"), POSE, INPUT,
+     ["rec/points.txt", "row by row", "3 points"]),
+    ("a fifth position", recording, (*POSE[:-1], "5"), USAGE, ["--position", "5"]),
+    ("a position and a corner", recording, (*POSE, "--first-corner", "90,40"), USAGE, ["--first-corner", "--position", "both"]),
+    ("a corner of one number", recording, (*POSE[:-2], "--first-corner", "90"), USAGE, ["--first-corner", "U,V", "'90'"]),
+    ("a corner in the middle", recording, (*POSE[:-2], "--first-corner", "310,142"), INPUT,
+     ["reference.png", "near two", "310.0,142.0"]),
+    ("a board that looks alike from both ends", recording, POSE[:-2], INPUT,
+     ["reference.png", "alike", "--first-corner", "--position"]),
+    ("a position that the colours contradict", recording, (*POSE, "--origin-square", "bright"), INPUT,
+     ["reference.png", "--position 1", "contradicts", "a dark one"]),
+    ("a colour that is none", recording, (*POSE, "--origin-square", "red"), USAGE, ["--origin-square", "dark, bright or unknown"]),
+    ("reference missing", recording, ("srd", "pose", "nowhere.png", *POSE[3:]), INPUT, ["nowhere.png", "no such file"]),
+    ("reference without a board", WHOLE, ("srd", "pose", "blank.pgm", *POSE[3:]), INPUT, ["blank.pgm", "no board"]),
+    ("reference of another size", WHOLE, ("srd", "pose", "small.pgm", *POSE[3:]), INPUT, ["small.pgm", "640 x 320", "64 x 64"]),
+    ("folder without images", lambda b: (recording(b), b.write("empty/notes.txt", "none")),
+     ("srd", "pose", "empty", *POSE[3:]), INPUT, ["empty", "no images"]),
+    ("images of a moving pattern", recording, ("srd", "pose", "rec/reference.png", "rec/frame_000003.png", *POSE[3:]), INPUT,
+     ["another place", "px from the mean"]),
+    ("a level without its deviation", recording, (*POSE, "--water-level", "80"), USAGE, ["--water-level", "--level-deviation"]),
+    ("a deviation without its level", recording, (*POSE, "--level-deviation", "0.1"), USAGE, ["--level-deviation", "--water-level"]),
+    ("a level in the plates", recording, (*POSE, "--water-level", "8", "--level-deviation", "0.1", "--plate", "10,1.49"), USAGE,
+     ["--water-level", "plates", "10 mm"]),
+    ("a mode of the surface that does not exist", recording, (*POSE, "--modes", "A00,Q1"), USAGE, ["--modes", "A00,Q1"]),
+    ("a depth above the camera", recording, (*POSE, "--depth", "2000"), INPUT, ["--depth 2000", "below the camera"]),
+    ("pose is there already", lambda b: (recording(b), b.write("new/pose.yml", "mine")), POSE, USAGE,
+     ["new/pose.yml", "is there already", "--force"]),
+    ("later image missing", recording, (*RIG_CHECK[:3], "nowhere.png", *RIG_CHECK[4:]), INPUT, ["nowhere.png", "no such file"]),
+    ("later image without a board", WHOLE, (*RIG_CHECK[:3], "blank.pgm", *RIG_CHECK[4:]), INPUT, ["blank.pgm", "no board"]),
+    ("half of a level", recording, (*RIG_CHECK, "--later-level", "80"), USAGE, ["--later-level-deviation", "belong together"]),
+    ("a false alarm rate of nothing", recording, (*RIG_CHECK, "--false-alarm", "0"), USAGE, ["--false-alarm", "0"]),
+    ("report is there already", lambda b: (recording(b), b.write("rig.toml", "mine")), (*RIG_CHECK, "--report", "rig.toml"), USAGE,
+     ["rig.toml", "is there already", "--force"]),
+]
+
+CASES = SIMULATING + CALIBRATING + RECONSTRUCTING + LISTENING + TABLES + POSING

@@ -25,7 +25,8 @@ PAGES = ["README.md", "CONTRIBUTING.md", "board/README.md", "tests/bench/README.
 COMMAND = re.compile(r"(srd|srd-node|cmake|cpack|ctest|srd_\w+_tests|((tests|toolchains|board)/\S+\.sh)|build/\S+)(\s|$)")
 CONFIGURATION = re.compile(r"\s*(\[|#|\w+ = )")
 PLACEHOLDERS = {"SETTINGS.xml": "settings.xml", "SCENE.toml": "scene.toml", "EST.csv": "run.csv", "TRUTH.csv": "truth.csv",
-                "FILE.csv": "run.csv", "FILE": "flume.toml", "DIR": "out", "IMAGES..": "views"}
+                "FILE.csv": "run.csv", "FILE": "flume.toml", "DIR": "out", "IMAGES..": "views", "REFERENCE.png": "rec/reference.png",
+                "LATER.png": "rec/reference.png", "CALIBRATION.yml": "rec/calibration.yml", "POINTS.txt": "rec/points.txt"}
 # The doctor ends with 4 where it finds something amiss, as the recording of make_place() lets it.
 CODES = {"--doctor": (0, 4)}
 LONGEST_S = 60

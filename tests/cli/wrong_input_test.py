@@ -26,6 +26,8 @@ GOOD = [
     ("srd listen", lambda b: None, (*host_cases.LISTEN, "--csv", "run.csv")),
     ("srd plot", host_cases.tables, host_cases.PLOT),
     ("srd compare", host_cases.tables, host_cases.COMPARE),
+    ("srd pose", host_cases.recording, host_cases.POSE),
+    ("srd rig-check", host_cases.recording, host_cases.RIG_CHECK),
 ]
 
 # What is only noted: the words.

@@ -111,7 +111,7 @@ TEST_P(VectorKernels, ResponseWindowAndItsPeakEqualTheDefinition) {
   int others = 0;
   for (int k = 0; k < 600; ++k) {
     const ResponseOptions options{random() % 2 == 0 ? 5 : 10, random() % 4 == 0};
-    const int side = 3 + static_cast<int>(random() % (ResponseWindow::kMostSide - 2));
+    const int side = 3 + static_cast<int>(random() % (ResponseWindow::kMaxSide - 2));
     const int least = side + 2 * options.radius;
     const int width = least + static_cast<int>(random() % 20), height = least + static_cast<int>(random() % 3);
     auto pixels = random_pixels(random, static_cast<std::size_t>(width * height));
@@ -144,7 +144,7 @@ TEST_P(VectorKernels, CornerSumsEqualTheDefinition) {
     return static_cast<std::int16_t>(static_cast<int>(random() % (2u * static_cast<unsigned>(limit) + 1)) - limit);
   };
   for (int k = 0; k < 800; ++k) {
-    const CornerWindow& window = corner_window(kLeastHalfWindow + k % (kMostHalfWindow - kLeastHalfWindow + 1));
+    const CornerWindow& window = corner_window(kMinHalfWindow + k % (kMaxHalfWindow - kMinHalfWindow + 1));
     auto pixels = random_pixels(random, CornerWindow::kRoom);
     for (std::uint8_t& pixel : pixels)  // many cut off at black and white
       if (pixel < 40 || pixel > 215) pixel = pixel < 40 ? 0 : 255;

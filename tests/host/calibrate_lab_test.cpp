@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "drivers/recording/rig.hpp"
+#include "drivers/geometry/calibration.hpp"
 #include "host/calibrate/calibration.hpp"
 #include "host/calibrate/outputs.hpp"
 

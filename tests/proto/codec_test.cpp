@@ -62,15 +62,16 @@ TEST(Codec, FramesComeBackAsTheyWere) {
 }
 
 TEST(Codec, EveryStatusHasAWordAndPasses) {
+  constexpr int kGivenUp = 8;  // a number that no status has any more
   Generator random(7);
   std::set<std::string> words;
   for (int i = 0; i < kFrameStatusCount; ++i) {
     CoefficientFrame frame = testing::any_frame(random);
     frame.status = static_cast<FrameStatus>(i);
-    words.insert(to_string(frame.status));
-    EXPECT_TRUE(valid(frame)) << i;
+    EXPECT_EQ(valid(frame), i != kGivenUp) << i;
+    if (i != kGivenUp) words.insert(to_string(frame.status));
   }
-  EXPECT_EQ(words.size(), static_cast<std::size_t>(kFrameStatusCount));
+  EXPECT_EQ(words.size(), static_cast<std::size_t>(kFrameStatusCount - 1));
   EXPECT_FALSE(words.contains("unknown"));
 }
 
@@ -117,7 +118,7 @@ TEST(Codec, AcknowledgementsComeBackAsTheyWere) {
 // Every varint at its longest, every list full.
 TEST(Codec, TheLargestOfEveryMessageFitsADatagram) {
   Generator random(4);
-  constexpr std::uint32_t kMost = 0xFFFFFFFF;
+  constexpr std::uint32_t kMax = 0xFFFFFFFF;
   const NodeHeader header{{*NodeId::make(std::string(31, 'n')), ~std::uint64_t{0}}, kMaxSequence, kMaxSequence};
   const Stamp stamp{-1, ClockId::kRecording, -1, ~std::uint64_t{0}};
   CoefficientFrame frame = testing::any_frame(random, dsp::kMaxModes);
@@ -131,7 +132,7 @@ TEST(Codec, TheLargestOfEveryMessageFitsADatagram) {
   for (std::uint32_t* count :
        {&frame.iterations, &frame.corners_expected, &frame.corners_found, &frame.corners_used, &frame.exposure_us,
         &frame.dropped_before, &frame.detection_us, &frame.estimation_us, &frame.total_us})
-    *count = kMost;
+    *count = kMax;
   const auto large = datagram_of(header, frame);
   EXPECT_GT(large.size(), 1000u);
   EXPECT_LE(large.size(), kMaxDatagram);
@@ -152,7 +153,7 @@ TEST(Codec, TheLargestOfEveryMessageFitsADatagram) {
   status.clock_offset_ns = -1;
   status.software = *FixedText<15>::make(std::string(15, 'v'));
   status.throttled = Throttled::kAll;
-  status.restarts = kMost;
+  status.restarts = kMax;
   status.last_end = *FixedText<95>::make(std::string(95, 'e'));
   const auto largest_status = datagram_of(header, status);
   EXPECT_GT(largest_status.size(), 700u);

@@ -32,7 +32,7 @@ ClockId nearest_clock(std::int64_t stamp_ns) {
 class LibcameraCamera final : public Camera {
  public:
   explicit LibcameraCamera(const LibcameraOptions& options) : options_(options) {
-    options_.buffers = std::clamp(options_.buffers, 3, FramePool::kMostBuffers);
+    options_.buffers = std::clamp(options_.buffers, 3, FramePool::kMaxBuffers);
   }
   ~LibcameraCamera() override { stop(); }
 

@@ -183,7 +183,7 @@ Outcome<void> LibcameraSession::map_buffers(const LibcameraOptions& options) {
   stride_ = std::max(stride_, static_cast<int>(row));
   const std::int64_t image = static_cast<std::int64_t>(stride_) * (options.height - 1) + row;
   for (const auto& buffer : allocator_->buffers(stream_)) {
-    if (mapped_.size() == FramePool::kMostBuffers) break;
+    if (mapped_.size() == FramePool::kMaxBuffers) break;
     const libcamera::FrameBuffer::Plane& plane = buffer->planes().front();
     Mapped mapped;
     mapped.fd = plane.fd.get();

@@ -14,7 +14,7 @@ class FilteredCheckerboard {
   FilteredCheckerboard(int rows, int columns, int border_squares, bool origin_dark, double margin);
 
   // Brightness, 0 dark square .. 1 bright one, of a normal distribution with mean (x, y) squares, inverse
-  // standard deviations wx, wy (1/squares, >= kLeastWeight) and correlation rho. |error| < 2e-5 for |rho| <=
+  // standard deviations wx, wy (1/squares, >= kMinWeight) and correlation rho. |error| < 2e-5 for |rho| <=
   // 0.7.
   [[nodiscard]] float level(float x, float y, float wx, float wy, float rho) const {
     const int nx = nearest(x, first_, last_x_), ny = nearest(y, first_, last_y_);
@@ -29,7 +29,7 @@ class FilteredCheckerboard {
   }
 
   // A square spans at least this many standard deviations, so that at most one edge a direction counts.
-  static constexpr double kLeastWeight = 8;
+  static constexpr double kMinWeight = 8;
 
  private:
   static constexpr float kFarthest = 5;  // standard deviations; beyond, 6e-7 is left

@@ -15,7 +15,7 @@ double rounded(double x, double unit) { return std::nearbyint(x / unit) * unit; 
 constexpr double kPlaceUnit = 0x1p-22;   // squares
 constexpr double kWeightUnit = 0x1p-10;  // 1/squares
 constexpr double kRhoUnit = 0x1p-16;
-constexpr double kLeastWeight = 0x1p-10;
+constexpr double kMinWeight = 0x1p-10;
 
 }  // namespace
 
@@ -75,7 +75,7 @@ PatternMap::Seen PatternMap::seen(const Sight& sight, double& distance) const {
   out.wx = 1 / (blur_px_ * gx);
   out.wy = 1 / (blur_px_ * gy);
   out.rho = jacobian.row(0).dot(jacobian.row(1)) / (gx * gy);
-  out.valid = std::isfinite(out.x + out.y + out.wx + out.wy + out.rho) && out.wx > kLeastWeight && out.wy > kLeastWeight;
+  out.valid = std::isfinite(out.x + out.y + out.wx + out.wy + out.rho) && out.wx > kMinWeight && out.wy > kMinWeight;
   return out;
 }
 

@@ -13,7 +13,7 @@ namespace srd {
 namespace {
 
 constexpr double kPixelAreaVariance = 1.0 / 12;                          // px^2, of a square pixel per axis
-constexpr double kMostGridError = 0.0003;                                // px
+constexpr double kMaxGridError = 0.0003;                                // px
 constexpr double kSpotReach = 5;                                         // radii
 constexpr std::uint64_t kReferenceFrame = (std::uint64_t{1} << 47) - 1;  // its noise is no frame's
 
@@ -83,7 +83,7 @@ Outcome<Renderer> Renderer::make(const Scene& scene) {
   for (const int step : {8, 4, 2, 1}) {
     renderer.map_ = make_map(scene, step);
     renderer.grid_error_px_ = step == 1 ? 0 : renderer.sampled_grid_error();
-    if (renderer.grid_error_px_ <= kMostGridError) break;
+    if (renderer.grid_error_px_ <= kMaxGridError) break;
   }
   // Neighbouring edges must not blur into each other: looked at where the corners are.
   renderer.map_->trace(scene.surface, scene.coefficients(0), scene.media);
@@ -93,7 +93,7 @@ Outcome<Renderer> Renderer::make(const Scene& scene) {
     renderer.map_->row(static_cast<int>(v), renderer.pattern_row_);
     const auto at = static_cast<std::size_t>(u);
     const double narrowest = static_cast<double>(std::min(renderer.pattern_row_.wx[at], renderer.pattern_row_.wy[at]));
-    if (!(narrowest >= FilteredCheckerboard::kLeastWeight))
+    if (!(narrowest >= FilteredCheckerboard::kMinWeight))
       return problem("the squares are too small for the blur",
                      "squares of at least 8 times the blur and pixel together, " +
                          number_text(std::round(80 * whole_blur(scene)) / 10) + " px",

@@ -16,8 +16,8 @@ namespace srd {
 namespace {
 
 constexpr double kDegree = M_PI / 180;
-constexpr int kMostSide = 16384;  // px
-constexpr double kMostMm = 1e5;
+constexpr int kMaxSide = 16384;  // px
+constexpr double kMaxMm = 1e5;
 
 template <class T, class U>
 void set(T& value, const std::optional<U>& given) {
@@ -28,8 +28,8 @@ NumberRange range(double least, double most, const char* unit = "") { return {le
 
 void read_camera(TomlTable table, Scene& scene) {
   Calibration& c = scene.calibration;
-  set(c.image_width, table.integer("width", range(32, kMostSide, "px")));
-  set(c.image_height, table.integer("height", range(32, kMostSide, "px")));
+  set(c.image_width, table.integer("width", range(32, kMaxSide, "px")));
+  set(c.image_height, table.integer("height", range(32, kMaxSide, "px")));
   double fx = c.camera.fx(), fy = c.camera.fy(), cx = c.camera.cx(), cy = c.camera.cy();
   set(fx, table.number("fx", range(1, 1e6, "px")));
   set(fy, table.number("fy", range(1, 1e6, "px")));
@@ -47,11 +47,11 @@ void read_camera(TomlTable table, Scene& scene) {
 
 void read_pose(TomlTable table, Scene& scene) {
   const bool by_matrix = table.has("rotation") || table.has("translation_mm");
-  const auto centre = table.numbers("centre_mm", 3, range(-kMostMm, kMostMm, "mm"));
-  const auto target = table.numbers("target_mm", 3, range(-kMostMm, kMostMm, "mm"));
+  const auto centre = table.numbers("centre_mm", 3, range(-kMaxMm, kMaxMm, "mm"));
+  const auto target = table.numbers("target_mm", 3, range(-kMaxMm, kMaxMm, "mm"));
   const auto roll = table.number("roll_deg", range(-360, 360, "degrees"));
   const auto rotation = table.numbers("rotation", 9, range(-1.001, 1.001));
-  const auto translation = table.numbers("translation_mm", 3, range(-kMostMm, kMostMm, "mm"));
+  const auto translation = table.numbers("translation_mm", 3, range(-kMaxMm, kMaxMm, "mm"));
   const auto vector = [](const std::vector<double>& v) { return dsp::Vec3<double>(v[0], v[1], v[2]); };
   if (by_matrix) {
     for (const char* key : {"centre_mm", "target_mm", "roll_deg"})
@@ -114,7 +114,7 @@ void read_tank(TomlTable table, Scene& scene) {
   for (TomlTable plate : table.tables("plate")) {
     dsp::Layer<double> layer;
     layer.index = 1.5;
-    set(layer.thickness, plate.number("thickness_mm", range(0, kMostMm, "mm")));
+    set(layer.thickness, plate.number("thickness_mm", range(0, kMaxMm, "mm")));
     set(layer.index, plate.number("refractive_index", range(1, 3)));
     if (scene.media.n_layers == dsp::kMaxLayers) {
       table.complain("plate", "at most " + std::to_string(dsp::kMaxLayers) + " plates", "more");
@@ -125,9 +125,9 @@ void read_tank(TomlTable table, Scene& scene) {
 }
 
 void read_surface(TomlTable table, Scene& scene) {
-  set(scene.surface.lx, table.number("lx_mm", range(1e-3, kMostMm, "mm")));
-  set(scene.surface.ly, table.number("ly_mm", range(1e-3, kMostMm, "mm")));
-  if (const auto origin = table.numbers("origin_mm", 2, range(-kMostMm, kMostMm, "mm"))) {
+  set(scene.surface.lx, table.number("lx_mm", range(1e-3, kMaxMm, "mm")));
+  set(scene.surface.ly, table.number("ly_mm", range(1e-3, kMaxMm, "mm")));
+  if (const auto origin = table.numbers("origin_mm", 2, range(-kMaxMm, kMaxMm, "mm"))) {
     scene.surface.x0 = (*origin)[0];
     scene.surface.y0 = (*origin)[1];
   }
@@ -143,8 +143,8 @@ void read_surface(TomlTable table, Scene& scene) {
       if (!mode) entry.complain("name", "a mode: A00, B, C, A10, ..", "\"" + *name + "\"");
       motion.mode = mode.value_or(dsp::Mode{});
     }
-    set(motion.mean_mm, entry.number("mean_mm", range(-kMostMm, kMostMm, "mm")));
-    set(motion.amplitude_mm, entry.number("amplitude_mm", range(-kMostMm, kMostMm, "mm")));
+    set(motion.mean_mm, entry.number("mean_mm", range(-kMaxMm, kMaxMm, "mm")));
+    set(motion.amplitude_mm, entry.number("amplitude_mm", range(-kMaxMm, kMaxMm, "mm")));
     set(motion.frequency_hz, entry.number("frequency_hz", range(0, 1e4, "Hz")));
     if (const auto phase = entry.number("phase_deg")) motion.phase_rad = *phase * kDegree;
     modes.push_back(motion.mode);
@@ -172,8 +172,8 @@ void read_glare(TomlTable root, Scene& scene) {
   scene.glare.clear();
   for (TomlTable entry : root.tables("glare")) {
     GlareSpot spot;
-    set(spot.u_px, entry.number("u_px", range(-kMostSide, kMostSide, "px")));
-    set(spot.v_px, entry.number("v_px", range(-kMostSide, kMostSide, "px")));
+    set(spot.u_px, entry.number("u_px", range(-kMaxSide, kMaxSide, "px")));
+    set(spot.v_px, entry.number("v_px", range(-kMaxSide, kMaxSide, "px")));
     set(spot.speed_u_px_s, entry.number("speed_u_px_s", range(-1e6, 1e6, "px/s")));
     set(spot.speed_v_px_s, entry.number("speed_v_px_s", range(-1e6, 1e6, "px/s")));
     set(spot.radius_px, entry.number("radius_px", range(0.5, 1000, "px")));

@@ -19,7 +19,7 @@ constexpr std::int64_t kBetweenTries = 200 * kMillisecond;
 
 V4l2Camera::V4l2Camera(V4l2CameraOptions options, std::unique_ptr<V4l2Port> port)
     : options_(std::move(options)), port_(std::move(port)), stream_(*port_, faults_) {
-  options_.ask.buffers = std::clamp(options_.ask.buffers, 3, FramePool::kMostBuffers);
+  options_.ask.buffers = std::clamp(options_.ask.buffers, 3, FramePool::kMaxBuffers);
 }
 
 V4l2Camera::~V4l2Camera() { stop(); }

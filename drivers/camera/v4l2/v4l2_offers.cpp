@@ -14,7 +14,7 @@ namespace srd {
 namespace {
 
 // A driver that never says EINVAL must not hang the start.
-constexpr std::uint32_t kMostFormats = 64, kMostSizes = 64, kMostRates = 32;
+constexpr std::uint32_t kMaxFormats = 64, kMaxSizes = 64, kMaxRates = 32;
 constexpr std::size_t kShownSizes = 8;
 
 double hz_of(const v4l2_fract& interval) {
@@ -31,7 +31,7 @@ std::string hz_text(double hz) { return number_text(std::round(hz * 1000) / 1000
 
 std::vector<V4l2Size> sizes_of(V4l2Port& port, std::uint32_t code) {
   std::vector<V4l2Size> sizes;
-  for (std::uint32_t i = 0; i < kMostSizes; ++i) {
+  for (std::uint32_t i = 0; i < kMaxSizes; ++i) {
     v4l2_frmsizeenum found;
     std::memset(&found, 0, sizeof found);
     found.index = i;
@@ -98,7 +98,7 @@ int identify(V4l2Port& port, V4l2Identity& identity) {
 
 V4l2Rates rates_of(V4l2Port& port, std::uint32_t code, int width, int height) {
   V4l2Rates rates;
-  for (std::uint32_t i = 0; i < kMostRates; ++i) {
+  for (std::uint32_t i = 0; i < kMaxRates; ++i) {
     v4l2_frmivalenum found;
     std::memset(&found, 0, sizeof found);
     found.index = i;
@@ -120,7 +120,7 @@ V4l2Rates rates_of(V4l2Port& port, std::uint32_t code, int width, int height) {
 
 std::vector<V4l2Offer> offers_of(V4l2Port& port, std::uint32_t buffer_type) {
   std::vector<V4l2Offer> offers;
-  for (std::uint32_t i = 0; i < kMostFormats; ++i) {
+  for (std::uint32_t i = 0; i < kMaxFormats; ++i) {
     v4l2_fmtdesc found;
     std::memset(&found, 0, sizeof found);
     found.index = i;

@@ -24,7 +24,7 @@ struct V4l2Ask {
   std::optional<double> gain;       // in the device's units
   std::optional<double> sharpness;  // in the device's units; none: its least
   std::optional<double> focus;      // in the device's units; none: the lens stays where it is
-  int buffers = 4;                  // 3 to FramePool::kMostBuffers
+  int buffers = 4;                  // 3 to FramePool::kMaxBuffers
 };
 
 struct V4l2Plan {

@@ -18,7 +18,7 @@ struct V4l2Control {
 };
 
 struct V4l2Settings {
-  static constexpr int kMostControls = 20;
+  static constexpr int kMaxControls = 20;
 
   std::uint32_t code = 0;       // V4L2_PIX_FMT_*
   int width = 0, height = 0;    // px
@@ -26,9 +26,9 @@ struct V4l2Settings {
   bool detect_timings = false;  // an HDMI or SDI input: take the timings of what is plugged in
   bool set_interval = false;    // the device lets its frame rate be set
   v4l2_fract interval{0, 0};    // s; 0/0: unknown
-  std::array<V4l2Control, kMostControls> controls{};
+  std::array<V4l2Control, kMaxControls> controls{};
   int control_count = 0;
-  int buffers = 4;  // at most FramePool::kMostBuffers
+  int buffers = 4;  // at most FramePool::kMaxBuffers
 
   [[nodiscard]] std::uint32_t buffer_type() const {
     return multi_planar ? V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE : V4L2_BUF_TYPE_VIDEO_CAPTURE;
@@ -38,7 +38,7 @@ struct V4l2Settings {
     return static_cast<std::int64_t>(interval.numerator) * 1'000'000'000 / interval.denominator;
   }
   void add_control(std::uint32_t id, std::int32_t value) {
-    if (control_count < kMostControls) controls[static_cast<std::size_t>(control_count++)] = {id, value};
+    if (control_count < kMaxControls) controls[static_cast<std::size_t>(control_count++)] = {id, value};
   }
 };
 

@@ -72,7 +72,7 @@ V4l2Failure V4l2Stream::set_up(const V4l2Settings& settings, int least_stride) n
   if (const int error = port_.control(VIDIOC_REQBUFS, &request); error != 0) return {V4l2Step::kBuffers, error};
   if (request.count < 2) return {V4l2Step::kBuffers, ENOMEM};
   // Some drivers give more than is asked.
-  count_ = static_cast<int>(std::min<std::uint32_t>(request.count, FramePool::kMostBuffers));
+  count_ = static_cast<int>(std::min<std::uint32_t>(request.count, FramePool::kMaxBuffers));
 
   for (int i = 0; i < count_; ++i) {
     Slot& slot = slots_[static_cast<std::size_t>(i)];

@@ -70,7 +70,7 @@ class V4l2Stream {
   V4l2Port& port_;
   CameraCounters& faults_;
   mutable std::mutex mutex_;  // of the slots' holders and of open_; held over a queueing call
-  std::array<Slot, FramePool::kMostBuffers> slots_;
+  std::array<Slot, FramePool::kMaxBuffers> slots_;
   bool open_ = false;
   int count_ = 0, stride_ = 0, planes_ = 1;
   std::int64_t image_bytes_ = 0;

@@ -47,7 +47,7 @@ struct EstimatorOptions {
   std::vector<double> upper;
   // The index of water is estimated too, from the one that the media say: only where cameras see the surface from
   // different sides or under different slopes. Its bounds; and the standard deviation from which on it counts as not
-  // determined, whatever small scatter the corners show (never taken below kLeastScatterPx).
+  // determined, whatever small scatter the corners show (never taken below kMinScatterPx).
   bool free_index = false;
   double index_lower = 1.30, index_upper = 1.40;
   double index_most_deviation = 0.005;
@@ -58,7 +58,7 @@ struct EstimatorOptions {
 
 // The least pivot (1 - R^2) of the index of water among the coefficients with which it is estimated.
 inline constexpr double kIndexPivot = 1e-4;
-inline constexpr double kLeastScatterPx = 0.005;  // of a corner: none is found better, optics (20)
+inline constexpr double kMinScatterPx = 0.005;  // of a corner: none is found better, optics (20)
 
 template <class S>
 class SurfaceEstimator {

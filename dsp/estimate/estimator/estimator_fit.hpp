@@ -245,7 +245,7 @@ Stop SurfaceEstimator<S>::take_index(const Coefficients<double>& a, const Inform
     for (int lane = 0; lane < Lanes<S>::kSize; ++lane)
       if (const double weight = static_cast<double>(groups_[i].weight[lane]); weight > 0)
         sigma2 += 1 / (weight * weight * static_cast<double>(n_corners_));
-  const double least_s2 = kLeastScatterPx * kLeastScatterPx / sigma2;
+  const double least_s2 = kMinScatterPx * kMinScatterPx / sigma2;
   const double judged = deviation * std::sqrt(std::max(1.0, least_s2 / s2));
   const Dependence dependence = dependence_of_last(h);
   if (!(dependence.pivot > kIndexPivot) || !(judged <= index_most_deviation_)) {

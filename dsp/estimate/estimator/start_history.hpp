@@ -15,8 +15,8 @@ namespace srd::dsp {
 template <class S>
 class StartHistory {
  public:
-  static constexpr int kKept = 4;          // surfaces
-  static constexpr int kMost = kKept + 2;  // starts
+  static constexpr int kKept = 4;         // surfaces
+  static constexpr int kMax = kKept + 2;  // starts
   // A trend is drawn out to at most this many times the two frames' own distance in time: beyond, it leads away.
   static constexpr std::int64_t kFarthest = 4;
 
@@ -92,8 +92,8 @@ class StartHistory {
   Coefficients<S> guess_;
   std::array<Known, kKept> surfaces_{};
   int size_ = 0, newest_ = 0;
-  std::array<Coefficients<S>, kMost> starts_{};
-  std::array<Kind, kMost> kinds_{};
+  std::array<Coefficients<S>, kMax> starts_{};
+  std::array<Kind, kMax> kinds_{};
   int n_starts_ = 0;
 };
 

@@ -14,8 +14,8 @@ template <class To>
   return true;
 }
 
-constexpr double kMostLength = 1 << kFixedLengthBits, kMostHeight = 1 << kFixedHeightBits;
-constexpr double kLeastWave = M_PI * (1 << -kFixedWaveBits);  // Lx, mm
+constexpr double kMaxLength = 1 << kFixedLengthBits, kMaxHeight = 1 << kFixedHeightBits;
+constexpr double kMinWave = M_PI * (1 << -kFixedWaveBits);  // Lx, mm
 
 }  // namespace
 
@@ -24,7 +24,7 @@ std::optional<FixedView> quantise(const View<double>& view) {
   const Vec3<double> centre = view.pose.centre();
   for (std::size_t i = 0; i < 3; ++i) {
     const auto row = static_cast<Eigen::Index>(i);
-    if (!store(centre[row], kMostLength, out.centre[i])) return std::nullopt;
+    if (!store(centre[row], kMaxLength, out.centre[i])) return std::nullopt;
     for (std::size_t j = 0; j < 3; ++j)
       if (!store(view.pose.rotation(row, static_cast<Eigen::Index>(j)), 1.001, out.rotation[i][j])) return std::nullopt;
   }
@@ -40,12 +40,12 @@ std::optional<FixedSurface> quantise(const SurfaceModel<double>& model, const Co
     const Mode& mode = model.modes[j];
     sum += std::abs(a[j]);
     bend += std::abs(a[j]) * std::max(mode.m, mode.n);
-    if (!store(a[j], kMostHeight, out.coefficients[static_cast<std::size_t>(j)])) return std::nullopt;
+    if (!store(a[j], kMaxHeight, out.coefficients[static_cast<std::size_t>(j)])) return std::nullopt;
   }
-  if (!(sum < kMostHeight) || !(bend < 1 << kFixedBendBits) || !(model.lx > kLeastWave) || !(model.ly > kLeastWave))
+  if (!(sum < kMaxHeight) || !(bend < 1 << kFixedBendBits) || !(model.lx > kMinWave) || !(model.ly > kMinWave))
     return std::nullopt;
-  const bool stored = store(model.lx, kMostLength, out.lx) && store(model.ly, kMostLength, out.ly) &&
-                      store(model.x0, kMostLength / 4, out.x0) && store(model.y0, kMostLength / 4, out.y0);
+  const bool stored = store(model.lx, kMaxLength, out.lx) && store(model.ly, kMaxLength, out.ly) &&
+                      store(model.x0, kMaxLength / 4, out.x0) && store(model.y0, kMaxLength / 4, out.y0);
   return stored ? std::optional(out) : std::nullopt;
 }
 
@@ -59,7 +59,7 @@ std::optional<FixedMedia> quantise(const Media<double>& media) {
   for (std::size_t i = 0; i < static_cast<std::size_t>(media.n_layers); ++i) {
     const Layer<double>& layer = media.layers[i];
     if (!(layer.thickness >= 0) || !(layer.index >= media.air)) return std::nullopt;
-    if (!store(layer.thickness, kMostHeight / 8, out.thickness[i]) || !store(layer.index / media.air, 3, out.index[i]))
+    if (!store(layer.thickness, kMaxHeight / 8, out.thickness[i]) || !store(layer.index / media.air, 3, out.index[i]))
       return std::nullopt;
   }
   return out;
@@ -68,7 +68,7 @@ std::optional<FixedMedia> quantise(const Media<double>& media) {
 std::optional<FixedPoint> quantise(const Vec3<double>& point) {
   FixedPoint out;
   for (std::size_t i = 0; i < 3; ++i)
-    if (!store(point[static_cast<Eigen::Index>(i)], kMostLength / 2, out[i])) return std::nullopt;
+    if (!store(point[static_cast<Eigen::Index>(i)], kMaxLength / 2, out[i])) return std::nullopt;
   return out;
 }
 

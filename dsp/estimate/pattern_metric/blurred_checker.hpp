@@ -13,8 +13,8 @@ struct BlurredWave {
   std::array<double, kDerivatives + 1> d{};
 };
 
-// x: squares; per_sigma: 1/sigma, 1/squares, at least kLeastPerSigma: three edges then stand for all. Exact to 1e-6.
-inline constexpr double kLeastPerSigma = 3.5;
+// x: squares; per_sigma: 1/sigma, 1/squares, at least kMinPerSigma: three edges then stand for all. Exact to 1e-6.
+inline constexpr double kMinPerSigma = 3.5;
 inline constexpr double kFarFromEdge = 5.5;  // sigmas; beyond, 4e-8 is left
 
 [[nodiscard]] inline BlurredWave blurred_wave(double x, double per_sigma) {

@@ -22,8 +22,8 @@ constexpr std::array<double, 2> kCoarse{0.2, 0.07};
 constexpr double kCoarsePixels = 8;
 constexpr double kApproach = 1e-4;  // promised fall of the cost at which a coarse stage ends
 constexpr int kCoarseIterations = 30;
-constexpr double kFirstBlur = 0.03;                          // squares; start of the unknown
-constexpr double kLeastBlur = 0.25, kMostBlurSquares = 0.2;  // px; squares: bounds of the unknown
+constexpr double kFirstBlur = 0.03;                       // squares; start of the unknown
+constexpr double kMinBlur = 0.25, kMaxBlurSquares = 0.2;  // px; squares: bounds of the unknown
 // Passes with the blur as an unknown. Each takes weights and the blur's footprint from where the one before ended.
 constexpr int kPasses = 4;
 constexpr double kBlockSquares = 0.5;  // side of a block of the sandwich
@@ -37,8 +37,8 @@ constexpr double kBlockSquares = 0.5;  // side of a block of the sandwich
 Result<PatternEstimator> PatternEstimator::make(const View<double>& view, const Region& region, const PatternSurface& surface,
                                                 const Media<double>& media, const CheckerPlane& plane,
                                                 const PatternOptions& options) {
-  constexpr int kLeastSide = 8;
-  if (region.u1 - region.u0 < kLeastSide || region.v1 - region.v0 < kLeastSide) return Errc::kInvalidArgument;
+  constexpr int kMinSide = 8;
+  if (region.u1 - region.u0 < kMinSide || region.v1 - region.v0 < kMinSide) return Errc::kInvalidArgument;
   if (surface.parameters() < 1 || surface.parameters() >= kMaxModes) return Errc::kInvalidArgument;
   for (const double x : {plane.square_mm, media.air, media.water})
     if (!(x > 0) || !std::isfinite(x)) return Errc::kInvalidArgument;
@@ -101,8 +101,8 @@ Stop PatternEstimator::refine(Coefficients<double>& a, PatternEstimate& out) {
     }
     solver.lower = Coefficients<double>::Constant(n + 1, -std::numeric_limits<double>::infinity());
     solver.upper = -solver.lower;
-    solver.lower[n] = kLeastBlur;
-    solver.upper[n] = kMostBlurSquares * problem_.square_px();
+    solver.lower[n] = kMinBlur;
+    solver.upper[n] = kMaxBlurSquares * problem_.square_px();
     if (pass == kPasses - 1) {
       solver.epsg = defaults ? kDefaultTolerance : options_.epsg;
       solver.epsf = defaults ? kDefaultTolerance : options_.epsf;

@@ -10,7 +10,7 @@ namespace srd::dsp {
 namespace {
 
 // Of the levels' normal matrix scaled to a unit diagonal: below, the region shows next to nothing of one colour.
-constexpr double kLeastLevelPivot = 1e-6;
+constexpr double kMinLevelPivot = 1e-6;
 // Rounding of one predicted grey level: 1e-9 mm of a traced ray, times the steepest edges.
 constexpr double kGreyRounding = 1e-8;
 constexpr double kHuber = 1.345;  // deviations; 95 % efficient for normal noise
@@ -25,7 +25,7 @@ PatternProblem::PatternProblem(const View<double>& view, const Region& region, c
       surface_(surface),
       media_(media),
       plane_(plane),
-      n_levels_(gradients ? PatternLevels::kMost : 2) {
+      n_levels_(gradients ? PatternLevels::kMax : 2) {
   const int width = std::max(0, region.u1 - region.u0), height = std::max(0, region.v1 - region.v0);
   pixels_.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   samples_.resize(pixels_.size());
@@ -79,7 +79,7 @@ int PatternProblem::load(const GrayView& image, std::span<const std::uint8_t> ma
   }
   flat_squares_ = squares(2, 2);
   Mat2<double> inverse;
-  if (n_levels_ == PatternLevels::kMost && invert(Mat2<double>(squares.topLeftCorner<2, 2>()), inverse))
+  if (n_levels_ == PatternLevels::kMax && invert(Mat2<double>(squares.topLeftCorner<2, 2>()), inverse))
     flat_squares_ -= squares.topRightCorner<2, 1>().dot(inverse * squares.topRightCorner<2, 1>());
   return n_used_;
 }
@@ -146,15 +146,15 @@ bool PatternProblem::solve_levels() {
     sums += sample.weight * r * r.transpose();
     greys += sample.weight * sample.grey * r;
   }
-  for (int i = n_levels_; i < PatternLevels::kMost; ++i) sums(i, i) = 1;
+  for (int i = n_levels_; i < PatternLevels::kMax; ++i) sums(i, i) = 1;
   LevelVector unit;
-  for (int i = 0; i < PatternLevels::kMost; ++i) {
+  for (int i = 0; i < PatternLevels::kMax; ++i) {
     if (!(sums(i, i) > 0) || !std::isfinite(sums(i, i))) return false;
     unit[i] = 1 / std::sqrt(sums(i, i));
   }
   const LevelMatrix scaled = unit.asDiagonal() * sums * unit.asDiagonal();
   const Eigen::LDLT<LevelMatrix> factors(scaled);
-  if (!(factors.vectorD().minCoeff() > kLeastLevelPivot)) return false;
+  if (!(factors.vectorD().minCoeff() > kMinLevelPivot)) return false;
   level_inverse_ = unit.asDiagonal() * factors.solve(LevelMatrix::Identity()) * unit.asDiagonal();
   const LevelVector solved = level_inverse_ * greys;
   levels_ = {};
@@ -193,7 +193,7 @@ bool PatternProblem::evaluate(const Coefficients<double>& unknowns, NormalEquati
   n_unknowns_ = static_cast<int>(unknowns.size());
   blur_px_ = held_blur_px_ > 0 ? held_blur_px_ : unknowns[n];
   // Three edges stand for the whole square wave only while a square spans several sigmas.
-  if (!(blur_px_ > 0) || !(square_px_ >= kLeastPerSigma * blur_px_)) return false;
+  if (!(blur_px_ > 0) || !(square_px_ >= kMinPerSigma * blur_px_)) return false;
   const Coefficients<double> a = unknowns.head(n);
   for (int i = 0; i < n_used_; ++i) {
     Sample& sample = samples_[static_cast<std::size_t>(i)];
@@ -202,7 +202,7 @@ bool PatternProblem::evaluate(const Coefficients<double>& unknowns, NormalEquati
   if (!solve_levels()) return false;
 
   out.reset(n_unknowns_);
-  coupling_.setZero(n_unknowns_, PatternLevels::kMost);
+  coupling_.setZero(n_unknowns_, PatternLevels::kMax);
   Coefficients<double> j;
   for (int i = 0; i < n_used_; ++i) {
     const Sample& sample = samples_[static_cast<std::size_t>(i)];

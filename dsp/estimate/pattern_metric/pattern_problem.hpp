@@ -26,7 +26,7 @@ struct CheckerPlane {
 // Grey levels over the region, linear in the pixel's place (u', v' in -1..1 over the region; optics (12a)):
 // level = mean + contrast shape.
 struct PatternLevels {
-  static constexpr int kMost = 6;
+  static constexpr int kMax = 6;
   std::array<double, 3> mean{}, contrast{};  // constant part, by u', by v'
 };
 
@@ -98,9 +98,9 @@ class PatternProblem {
     double shape = 0, by_blur = 0;
     bool flat = false;
   };
-  using LevelMatrix = Eigen::Matrix<double, PatternLevels::kMost, PatternLevels::kMost>;
-  using LevelVector = Eigen::Matrix<double, PatternLevels::kMost, 1>;
-  using Coupling = Eigen::Matrix<double, Eigen::Dynamic, PatternLevels::kMost, 0, kMaxModes, PatternLevels::kMost>;
+  using LevelMatrix = Eigen::Matrix<double, PatternLevels::kMax, PatternLevels::kMax>;
+  using LevelVector = Eigen::Matrix<double, PatternLevels::kMax, 1>;
+  using Coupling = Eigen::Matrix<double, Eigen::Dynamic, PatternLevels::kMax, 0, kMaxModes, PatternLevels::kMax>;
 
   [[nodiscard]] bool skips(const Sample& sample) const {
     return every_ > 1 && (sample.column % every_ != 0 || sample.row % every_ != 0);

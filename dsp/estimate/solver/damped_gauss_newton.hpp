@@ -94,12 +94,12 @@ class DampedGaussNewton {
   static constexpr double kFirstDamping = 1e-3;
   static constexpr double kPoorGain = 0.25;  // fall / promised: below, the linear model is trusted less
   static constexpr double kBestShrink = 0.1;
-  static constexpr double kMostDamping = 1e12;
+  static constexpr double kMaxDamping = 1e12;
 
   [[nodiscard]] static bool grow(double& damping, double& growth) {
     damping = std::max(damping, kFirstDamping) * growth;
     growth *= 2;
-    return damping <= kMostDamping;
+    return damping <= kMaxDamping;
   }
 
   void clamp(Coefficients<double>& a) const {

@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: Apache-2.0
+// srd pose: from reference images to a pose with errors that are true.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+
+#include "drivers/camera/simulator/renderer.hpp"
+#include "dsp/estimate/estimator/estimator.hpp"
+#include "host/pose/height_effect.hpp"
+#include "host/pose/measured_pose.hpp"
+#include "tests/fakes/scratch_folder.hpp"
+#include "tests/fakes/synthetic_scene.hpp"
+#include "tests/fakes/test_data.hpp"
+
+namespace srd::host {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The flume at half its size, whose board has an even number of columns: its two ends differ in colour.
+Scene half_flume() {
+  Scene scene = default_scene();
+  scene.pattern.rows = 7;
+  scene.pattern.columns = 10;
+  scene.pattern.square_mm = 40;
+  scene.noise = 2;
+  scene.calibration.camera = dsp::CameraModel<double>::make(1075, 1075, 323.4, 157.7, scene.calibration.distortion).value();
+  scene.calibration.image_width = 640;
+  scene.calibration.image_height = 320;
+  return scene;
+}
+
+GrayImage picture_of(const Scene& scene, bool dry = true) {
+  auto renderer = Renderer::make(scene).value();
+  GrayImage image{std::vector<std::uint8_t>(static_cast<std::size_t>(scene.width() * scene.height())), scene.width(),
+                  scene.height()};
+  const GrayBuffer buffer{image.pixels.data(), image.width, image.height, image.width};
+  if (dry) {
+    renderer.render_reference(buffer);
+  } else {
+    renderer.render(0, buffer);
+  }
+  return image;
+}
+
+class PoseOfRendered : public testing::Test {
+ protected:
+  fakes::ScratchFolder folder_;
+  Scene scene_ = half_flume();
+
+  void SetUp() override { (void)write_calibration(folder_.path() / "calibration.yml", scene_.calibration); }
+  PoseRequest request() {
+    PoseRequest request;
+    request.references = {folder_.path() / "reference.png"};
+    request.calibration = folder_.path() / "calibration.yml";
+    request.board = PatternSize{scene_.pattern.rows, scene_.pattern.columns};
+    request.square_mm = scene_.pattern.square_mm;
+    request.search = {5, 200, 8};
+    return request;
+  }
+  void write(const GrayImage& image, const char* name = "reference.png") {
+    (void)write_gray_image(folder_.path() / name, image.view(), 1);
+  }
+};
+
+// Largest error of the six numbers in their stated deviations.
+double largest_off(const MeasuredPose& found, const dsp::Pose<double>& truth) {
+  const dsp::PoseChange off = dsp::change_between(truth, found.fit.pose);
+  return off.cwiseQuotient(found.covariance.diagonal().cwiseSqrt()).cwiseAbs().maxCoeff();
+}
+
+TEST_F(PoseOfRendered, LiesWithinItsErrorsAndKnowsTheOrderByColour) {
+  double sum = 0;
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    scene_.seed = seed;
+    write(picture_of(scene_));
+    const auto found = measure_pose(request());
+    ASSERT_TRUE(found) << found.error().text();
+    EXPECT_LT(largest_off(*found, scene_.pose), 4) << seed;
+    EXPECT_EQ(found->order.how, "the colour of the first square");
+    EXPECT_TRUE(found->warnings.empty());
+    sum += largest_off(*found, scene_.pose);
+  }
+  EXPECT_GT(sum / 8, 0.5);  // the stated errors are not merely large
+}
+
+TEST_F(PoseOfRendered, AMeanOfImagesIsSurer) {
+  std::vector<fs::path> images;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    scene_.seed = seed;
+    write(picture_of(scene_), ("r" + std::to_string(seed) + ".png").c_str());
+    images.push_back(folder_.path() / ("r" + std::to_string(seed) + ".png"));
+  }
+  PoseRequest one = request(), many = request();
+  one.references = {images[0]};
+  many.references = images;
+  const auto single = measure_pose(one), mean = measure_pose(many);
+  ASSERT_TRUE(single && mean);
+  const double ratio = std::sqrt(mean->fit.estimate.cofactor(5, 5) / single->fit.estimate.cofactor(5, 5));
+  EXPECT_NEAR(ratio, 0.5, 0.02);
+  EXPECT_NEAR(mean->view.scatter_factor, 1, 0.3);
+  EXPECT_LT(largest_off(*mean, scene_.pose), 4);
+}
+
+TEST_F(PoseOfRendered, ACameraThatMovedBetweenImagesIsTold) {
+  write(picture_of(scene_), "a.png");
+  scene_.pose.translation.x() += 3;
+  write(picture_of(scene_), "b.png");
+  PoseRequest both = request();
+  both.references = {folder_.path() / "a.png", folder_.path() / "b.png"};
+  const auto found = measure_pose(both);
+  ASSERT_FALSE(found);
+  EXPECT_NE(found.error().text().find("in another place"), std::string::npos) << found.error().text();
+}
+
+TEST_F(PoseOfRendered, ThroughStillWaterTheLevelsDeviationIsInTheErrors) {
+  scene_.motions.clear();
+  scene_.surface.modes = dsp::ModeList::standard(1).value();
+  scene_.motions.push_back({dsp::Mode{}, 80.3, 0, 0, 0});
+  write(picture_of(scene_, false));
+  PoseRequest wet = request();
+  wet.water.level_mm = 80;  // 0.3 mm off
+  wet.water.level_deviation_mm = 0.3;
+  wet.water.media = scene_.media;
+  const auto found = measure_pose(wet);
+  ASSERT_TRUE(found) << found.error().text();
+  EXPECT_LT(largest_off(*found, scene_.pose), 4);
+  wet.water.level_deviation_mm = 0;
+  const auto sure = measure_pose(wet);
+  ASSERT_TRUE(sure);
+  EXPECT_GT(largest_off(*sure, scene_.pose), 5);  // and without it they are not true
+}
+
+TEST_F(PoseOfRendered, ASquareBoardIsLaidOutByItsMarkOrByThePointedCorner) {
+  scene_.pattern.rows = scene_.pattern.columns = 7;
+  const auto pixels = dry_truth_pixels(scene_).value();
+  for (const int marked : {0, 5, 35}) {  // the square beyond this corner, row by row
+    GrayImage image = picture_of(scene_);
+    const auto at = static_cast<std::size_t>(marked);
+    const dsp::Vec2<double> middle = (pixels[at] + pixels[at + 1] + pixels[at + 7] + pixels[at + 8]) / 4;
+    const auto spot_u = static_cast<int>(middle.x()), spot_v = static_cast<int>(middle.y());
+    const int own = image.pixels[static_cast<std::size_t>(spot_v * image.width + spot_u)];
+    for (int v = spot_v - 4; v <= spot_v + 4; ++v)
+      for (int u = spot_u - 4; u <= spot_u + 4; ++u)
+        image.pixels[static_cast<std::size_t>(v * image.width + u)] = own > 120 ? 20 : 220;
+    write(image);
+    PoseRequest unknown = request();
+    unknown.order.origin = OriginSquare::kUnknown;
+    const auto found = measure_pose(unknown);
+    ASSERT_TRUE(found) << found.error().text();
+    EXPECT_EQ(found->order.how, "the mark in the first square");
+    // The marked square is the first one: its corner is a list's end whose square it is beyond.
+    const dsp::View<double> view{scene_.calibration.camera, found->fit.pose};
+    const auto seen = dsp::see_point(view, {20, 20, 0}, nullptr);
+    EXPECT_LT((seen->pixel - middle).norm(), 4) << marked;
+  }
+  write(picture_of(scene_));
+  const auto lost = measure_pose(request());
+  ASSERT_FALSE(lost);
+  EXPECT_NE(lost.error().text().find("--first-corner"), std::string::npos) << lost.error().text();
+  PoseRequest pointed = request();
+  pointed.order.first_corner = pixels.front() + dsp::Vec2<double>(5, -4);
+  const auto found = measure_pose(pointed);
+  ASSERT_TRUE(found) << found.error().text();
+  EXPECT_LT((found->fit.pose.centre() - scene_.pose.centre()).norm(), 2);
+}
+
+TEST_F(PoseOfRendered, PositionsOfTheGuideAreKept) {
+  write(picture_of(scene_));
+  PoseRequest from_start = request(), from_end = request();
+  from_start.order = {1, {}, OriginSquare::kUnknown};
+  from_end.order = {3, {}, OriginSquare::kUnknown};
+  const auto first = measure_pose(from_start), third = measure_pose(from_end);
+  ASSERT_TRUE(first && third);
+  EXPECT_EQ(first->order.points.front(), 0);
+  EXPECT_EQ(third->order.points.front(), 69);
+  from_end.order.origin = OriginSquare::kDark;
+  EXPECT_FALSE(measure_pose(from_end));  // the colours say otherwise
+}
+
+TEST_F(PoseOfRendered, HeightsAreOffByWhatIsStated) {
+  // Rendered dry references give poses, a rendered still water is measured with each of them.
+  scene_.motions = {{dsp::Mode{}, 80, 0, 0, 0}};
+  scene_.surface.modes = dsp::ModeList::standard(1).value();
+  const auto wet = truth_pixels(scene_, 0).value();
+  const HeightRequest ask{{80}, scene_.surface.modes, {}, {}};
+  auto estimator = dsp::SurfaceEstimator<double>::make(scene_.surface, scene_.media, scene_.points(), {}, 70).value();
+  double squares = 0, stated = 0;
+  constexpr int kDraws = 60;
+  for (std::uint64_t seed = 1; seed <= kDraws; ++seed) {
+    scene_.seed = seed;
+    write(picture_of(scene_));
+    const auto found = measure_pose(request());
+    ASSERT_TRUE(found);
+    const auto effects = height_effects(*found, scene_.media, ask);
+    ASSERT_TRUE(effects);
+    stated += std::pow((*effects)[0].surface.height_deviation, 2) / kDraws;
+    const dsp::View<double> view{scene_.calibration.camera, found->fit.pose};
+    std::vector<dsp::Observation<double>> observed;
+    for (std::size_t i = 0; i < wet.size(); ++i)
+      observed.push_back({static_cast<int>(i), wet[i], view.camera.undistort(wet[i]).value(), 1});
+    const dsp::CameraObservations<double> camera{&view, observed};
+    const std::vector<dsp::Coefficients<double>> starts = {dsp::Coefficients<double>::Constant(1, 80)};
+    squares += std::pow(estimator.estimate({&camera, 1}, starts).coefficients[0] - 80, 2) / kDraws;
+  }
+  std::printf("height off by %.5f mm, stated %.5f mm\n", std::sqrt(squares), std::sqrt(stated));
+  EXPECT_NEAR(std::sqrt(squares / stated), 1, 0.27);  // of 60 draws a deviation is known to 9 %: three of them
+}
+
+TEST(PoseFile, ItsCovarianceIsReadBackAndOtherReadersPassItOver) {
+  const fakes::ScratchFolder folder;
+  const dsp::Pose<double> pose = default_scene().pose;
+  PoseCovariance covariance = PoseCovariance::Identity() * 1e-6;
+  covariance(0, 4) = covariance(4, 0) = 3e-7;
+  ASSERT_TRUE(write_pose(folder.path() / "pose.yml", pose, covariance));
+  EXPECT_EQ(read_pose(folder.path() / "pose.yml")->translation, pose.translation);
+  EXPECT_LT((**read_pose_covariance(folder.path() / "pose.yml") - covariance).norm(), 1e-15);
+  ASSERT_TRUE(write_pose(folder.path() / "plain.yml", pose));
+  EXPECT_FALSE(read_pose_covariance(folder.path() / "plain.yml")->has_value());
+  covariance(0, 4) = 1;
+  ASSERT_TRUE(write_pose(folder.path() / "bad.yml", pose, covariance));
+  EXPECT_FALSE(read_pose_covariance(folder.path() / "bad.yml"));
+}
+
+TEST(PoseOfTheLab, Of2017IsThePublishedOne) {
+  const fs::path data = fakes::lab_data() / "opensrd-2017";
+  if (!fs::is_directory(data)) GTEST_SKIP() << "no lab recordings: set SRD_DATA to their folder";
+  PoseRequest request;
+  request.references = {data / "INPUT/ReferencePattern_CAM1.png"};
+  request.calibration = data / "INPUT/Calib_CAM1.yml";
+  request.points_file = data / "INPUT/VerticesPoseEstimation_CAM1.txt";
+  request.order.origin = OriginSquare::kBright;
+  request.search = {5, 200, 8};
+  const auto found = measure_pose(request);
+  ASSERT_TRUE(found) << found.error().text();
+  const auto published = read_pose(data / "published/Camera_Pose_1.txt");
+  ASSERT_TRUE(published);
+  EXPECT_LT((found->fit.pose.translation - published->translation).norm(), 0.1);
+  EXPECT_LT((found->fit.pose.centre() - published->centre()).norm(), 2);
+}
+
+}  // namespace
+}  // namespace srd::host
