@@ -5,6 +5,7 @@ import pathlib
 import tempfile
 import unittest
 
+import picture
 import rules
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -65,6 +66,36 @@ class Structure(unittest.TestCase):
         root = self.tree({"CONTRIBUTING.md": page, "x/a.hpp": ""})
         self.assertEqual(["CONTRIBUTING.md:6: no file x/b.hpp", "CONTRIBUTING.md:7: names no file"],
                          rules.where_problems(root))
+
+    def test_picture_shows_what_the_sources_have(self):
+        self.assert_clean(picture.problems(ROOT))
+
+    def test_pictures_that_show_something_else_are_found(self):
+        drawn = (ROOT / picture.PICTURE).read_text(encoding="utf-8")
+        # What a later change of the sources would leave behind, and what is wrong with the picture then.
+        changes = {
+            (">SurfaceTracker<", ">SurfaceFollower<"): "box SurfaceFollower: no such class in dsp/pipeline",
+            (">drivers/net<", ">drivers/network<"): "box UdpSocket: no sources in drivers/network",
+            ('data-from="dsp/pipeline" data-to="dsp/frontend"', 'data-from="dsp/pipeline" data-to="dsp/estimate"'):
+                "arrow M850 332 V350 H720 V368: expected an end at a box of dsp/estimate, found ['dsp/frontend']",
+            ("M455 675 V632", "M455 675 V640"):
+                "arrow M455 675 V640: expected an end at a box of firmware/transmit, found no box",
+            (">SpscRing queue_ of firmware/recording<", ">SpscRing line_ of firmware/recording<"): "ring line_ of firmware/recording: drawn",
+            (">SpscRing ring_ of firmware/loop<", ">a ring<"): "ring ring_ of firmware/loop: not drawn",
+            (">recorder<", ">writer<"): "thread recorder: not drawn",
+            ("NodeDatagram to", "NodePacket to"): "message NodePacket: not in proto/srd.proto",
+        }
+        for (old, new), expected in changes.items():
+            with self.subTest(new):
+                self.assertIn(old, drawn)
+                found = picture.problems(ROOT, drawn.replace(old, new))
+                self.assertTrue(any(problem.startswith(expected) for problem in found), found)
+
+    def test_arrows_between_strangers_are_found(self):
+        drawn = (ROOT / picture.PICTURE).read_text(encoding="utf-8")
+        root = self.tree({"dsp/frontend/board_finder.hpp": "class BoardFinder {\n", "dsp/pipeline/surface_tracker.hpp": "class SurfaceTracker {\n",
+                          "proto/srd.proto": "message NodeDatagram {\n", picture.PICTURE: drawn})
+        self.assertIn("arrow M850 332 V350 H720 V368: neither of dsp/pipeline and dsp/frontend includes the other", picture.problems(root))
 
     def test_sources_name_their_licence(self):
         self.assert_clean(rules.licence_problems(ROOT))
