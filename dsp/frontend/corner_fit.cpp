@@ -15,11 +15,10 @@ namespace {
 
 using Ldl = FixedLdl<CornerSums::kColumns - 1>;
 
-constexpr std::int64_t kMinBlur = 1183, kMaxBlur = 4096 * 6;  // Q12 px; the least is the pixel's own, sqrt(1/12)
+constexpr std::int64_t kMinBlurQ12 = 1183, kMaxBlurQ12 = 4096 * 6;  // Q12 px; the least is the pixel's own, sqrt(1/12)
 constexpr std::int64_t kSmoothBlur = 4096 * 45 / 100;
-// Where edges lie along pixels, hardly a pixel sees them: a little more blur than there is keeps the fit from being singular.
-constexpr int kPatience = 6;  // steps until that is tried
-constexpr std::int64_t kSoftBlur = 4096 * 38 / 100;
+// A fit of sharp edges may step to and fro between pixels for ever: after that many steps its blur is held and they are halved.
+constexpr int kPatience = 5;
 // Q16 grey levels: 0 to 255, half of that, and what noise may add. Beyond them residuals are cut off and look small.
 constexpr std::int64_t kMinMean = -(16 << 16), kMaxMean = 271 << 16, kMaxContrast = 144 << 16;
 constexpr std::int64_t kMaxMove = 1 << 16, kMaxTurn = 1 << 12;  // of one step: 1 px, 1/4 rad
@@ -68,7 +67,7 @@ CornerModel::Mask mask_of(const State& state, const Sharpening& sharpening) {
   CornerModel::Mask mask;
   mask.amount_q13 = static_cast<std::int16_t>(std::clamp(2 * sharpening.amount_q12, 0, int{CornerModel::kMostAmountQ13}));
   if (mask.amount_q13 == 0) return mask;
-  const std::int64_t radius = std::clamp<std::int64_t>(sharpening.radius_q12, 1024, kMaxBlur);
+  const std::int64_t radius = std::clamp<std::int64_t>(sharpening.radius_q12, 1024, kMaxBlurQ12);
   const std::int64_t wider = isqrt(static_cast<std::uint64_t>(state.blur * state.blur + radius * radius));
   mask.narrower_q15 = narrow((state.blur << 15) / wider);
   mask.across = {line_across(state, state.n1, wider), line_across(state, state.n2, wider)};
@@ -77,12 +76,27 @@ CornerModel::Mask mask_of(const State& state, const Sharpening& sharpening) {
   return mask;
 }
 
+CornerModel::Quarters quarters_of(const State& state) {
+  CornerModel::Quarters quarters;
+  if (state.blur >= kSmoothBlur) return quarters;
+  // The pixel's own variance is 1/12, a quarter's 1/48.
+  const auto blur = static_cast<std::int64_t>(isqrt(static_cast<std::uint64_t>(state.blur * state.blur - (1 << 24) / 16)));
+  quarters.wider_q14 = narrow((state.blur << 14) / blur);
+  quarters.wider_squared_q13 = narrow((state.blur * state.blur << 13) / (blur * blur));
+  // In quarters of its size, lengths are halved: so is the blur that its shape is looked up with.
+  quarters.across = {line_across(state, state.n1, blur), line_across(state, state.n2, blur)};
+  quarters.shape = {static_cast<std::uint8_t>(EdgeProfile::shape_of(state.n1.x, state.n1.y, 2 * blur)),
+                    static_cast<std::uint8_t>(EdgeProfile::shape_of(state.n2.x, state.n2.y, 2 * blur))};
+  return quarters;
+}
+
 CornerModel model_of(const State& state, const Sharpening& sharpening) {
   CornerModel model;
   model.across = {line_across(state, state.n1, state.blur), line_across(state, state.n2, state.blur)};
   model.along = {line_along(state, state.n1), line_along(state, state.n2)};
   model.shape = {static_cast<std::uint8_t>(EdgeProfile::shape_of(state.n1.x, state.n1.y, state.blur)),
                  static_cast<std::uint8_t>(EdgeProfile::shape_of(state.n2.x, state.n2.y, state.blur))};
+  model.quarters = quarters_of(state);
   model.mask = mask_of(state, sharpening);
   model.rho_q15 = narrow(2 * dot_q14(state.n1, state.n2));
   model.mean_q6 = narrow(shift_rounded(state.mean, 10));
@@ -104,13 +118,22 @@ void copy_window(const GrayView& image, int cu, int cv, int w, std::uint8_t* out
 }
 
 struct Step {
-  std::int64_t move = 0;   // larger of the two axes, Q16 px
-  std::int64_t turn = 0;   // larger of the two, Q14 rad
-  std::int64_t widen = 0;  // relative, Q14
+  std::int64_t move = 0;    // larger of the two axes, Q16 px
+  std::int64_t wished = 0;  // the same before it was halved
+  std::int64_t turn = 0;    // larger of the two, Q14 rad
+  std::int64_t widen = 0;   // relative, Q14
 };
 
+// Where edges lie along pixels, one column of pixels sees them, and shows a blur and a move alike: Levenberg's damping of the
+// blur alone keeps the step determined, and where they can be told apart it is some 1/50 of what the window knows. A fit that
+// steps to and fro is tried with the blur that it has.
+std::int64_t blur_damping(int halvings) {
+  constexpr std::int64_t kDamping = std::int64_t{1} << 16;
+  return halvings == 0 ? kDamping : kDamping << 6;
+}
+
 // One Gauss-Newton step from where the sums were taken. False: no corner that one would want to measure with.
-bool advance(const Ldl& solver, const CornerModel& at, const CornerFitOptions& options, std::int64_t least_blur, State& state,
+bool advance(const Ldl& solver, const CornerModel& at, const CornerFitOptions& options, int halvings, State& state,
              Step& step) {
   state.mean = (static_cast<std::int64_t>(at.mean_q6) << 10) + solver.solution(CornerSums::kMean, 16 - 5 + 11);
   state.contrast = (static_cast<std::int64_t>(at.contrast_q8) << 8) + solver.solution(CornerSums::kContrast, 16 - 5 + 11);
@@ -122,22 +145,25 @@ bool advance(const Ldl& solver, const CornerModel& at, const CornerFitOptions& o
     return shift_rounded(level_q16 * per_level_q28, shift);
   };
   const std::int64_t move1 = -in_px(CornerSums::kMove1, 28), move2 = -in_px(CornerSums::kMove2, 28);
-  const std::int64_t turn1 = clamp(in_px(CornerSums::kTurn1, 30), kMaxTurn);
-  const std::int64_t turn2 = clamp(in_px(CornerSums::kTurn2, 30), kMaxTurn);
+  const std::int64_t turn1 = clamp(in_px(CornerSums::kTurn1, 30), kMaxTurn) >> halvings;
+  const std::int64_t turn2 = clamp(in_px(CornerSums::kTurn2, 30), kMaxTurn) >> halvings;
   const std::int64_t det = cross_q14(state.n1, state.n2);
   const std::int64_t per_det_q28 = (std::int64_t{1} << 42) / det;
-  const auto over_det = [&](std::int64_t a_q30) { return clamp(shift_rounded((a_q30 >> 14) * per_det_q28, 28), kMaxMove); };
+  const auto over_det = [&](std::int64_t a_q30) {
+    return clamp(shift_rounded((a_q30 >> 14) * per_det_q28, 28), kMaxMove) >> halvings;
+  };
   const std::int64_t limit = 8 * kMaxMove;
   const std::int64_t dx = over_det(state.n2.y * clamp(move1, limit) - state.n1.y * clamp(move2, limit));
   const std::int64_t dy = over_det(-state.n2.x * clamp(move1, limit) + state.n1.x * clamp(move2, limit));
   const std::int64_t wished = clamp(-in_px(CornerSums::kBlur, 32), state.blur / 3);
   // At the bound the wish to go beyond it never ends; what counts is what the bound lets through.
-  const std::int64_t blur = std::clamp(state.blur + wished, least_blur, kMaxBlur), widen = blur - state.blur;
+  const std::int64_t blur = std::clamp(state.blur + wished, kMinBlurQ12, kMaxBlurQ12), widen = blur - state.blur;
   state.x += dx;
   state.y += dy;
   state.n1 = turned(state.n1, turn1);
   state.n2 = turned(state.n2, turn2);
   step.move = std::max(std::abs(dx), std::abs(dy));
+  step.wished = step.move << halvings;
   step.turn = std::max(std::abs(turn1), std::abs(turn2));
   step.widen = (std::abs(widen) << 14) / state.blur;
   state.blur = blur;
@@ -148,10 +174,11 @@ bool advance(const Ldl& solver, const CornerModel& at, const CornerFitOptions& o
 // move's columns are odd; of second order where the columns themselves were off by the blur's or the edges' change.
 // Edges of a box have no third order: there the step must be small itself.
 bool converged(const Step& step, bool smooth) {
-  const std::int64_t kMove = (1 << 16) / (smooth ? 8 : 128);
+  constexpr std::int64_t kWished = (1 << 16) / 8;  // what steps that far to and fro is no corner
+  const std::int64_t kMove = smooth ? kWished : (1 << 16) / 128;
   constexpr std::int64_t kShape = (1 << 14) / 8;
   constexpr std::int64_t kProduct = std::int64_t{1} << (16 + 14 - 9);  // 1/512 px
-  return step.move <= kMove && step.widen <= kShape && step.turn <= kShape &&
+  return step.wished <= kWished && step.move <= kMove && step.widen <= kShape && step.turn <= kShape &&
          step.move * std::max(step.widen, step.turn) <= kProduct;
 }
 
@@ -225,37 +252,33 @@ bool fit_corner(const GrayView& image, const CornerShape& start, const CornerFit
   state.y = (static_cast<std::int64_t>(start.v.raw()) << 4) - (static_cast<std::int64_t>(cv) << 16);
   state.n1 = start.n1;
   state.n2 = start.n2;
-  state.blur = std::clamp<std::int64_t>(start.blur_q12, kMinBlur, kMaxBlur);
+  state.blur = std::clamp<std::int64_t>(start.blur_q12, kMinBlurQ12, kMaxBlurQ12);
 
   const std::int64_t start_x = state.x, start_y = state.y;
   const std::int64_t max_travel = static_cast<std::int64_t>(options.max_travel_q12) << 4;
   CornerSums sums;
   Ldl solver;
-  std::int64_t least_blur = kMinBlur;
   int iteration = 0;
   for (; iteration < options.max_iterations; ++iteration) {
     if (std::abs(cross_q14(state.n1, state.n2)) < (1 << 14) / 4) return false;  // less than 14 degrees between the edges
     const CornerModel model = model_of(state, options.sharpening);
     corner_sums(window, pixels.data(), model, sums);
+    resolve_centre(window, pixels.data(), model, sums);
     Step step;
-    const bool singular = !solver.factor(sums.product);
-    if (singular || iteration == kPatience) {
-      if (singular && state.blur >= kSoftBlur) return false;
-      least_blur = kSoftBlur;
-      state.blur = std::max(state.blur, least_blur);
-    }
-    if (singular) continue;
-    if (!advance(solver, model, options, least_blur, state, step)) return false;
+    const int halvings = iteration < kPatience || state.blur >= 2 * kSmoothBlur ? 0 : 1 + (iteration - kPatience) / 2;
+    sums.product[CornerSums::kBlur][CornerSums::kBlur] += blur_damping(halvings);
+    if (!solver.factor(sums.product)) return false;
+    if (!advance(solver, model, options, halvings, state, step)) return false;
     if (std::abs(state.x - start_x) > max_travel || std::abs(state.y - start_y) > max_travel) return false;
     // The corner must stay well inside its window, or half the edges are not seen.
     if (std::abs(state.x) > ((w - 1) << 16) || std::abs(state.y) > ((w - 1) << 16)) return false;
     // Between pixels a step may go to and fro for ever: what it has come to then is as good as it gets.
-    if (converged(step, state.blur >= kSmoothBlur || iteration > kPatience)) break;
+    if (converged(step, state.blur >= kSmoothBlur)) break;
   }
   if (iteration == options.max_iterations) return false;
   if (std::abs(cross_q14(state.n1, state.n2)) < (1 << 14) / 4) return false;
   // Strokes of letters, a pattern finer than the window: they fit as something wider and brighter than any corner is.
-  if (state.blur >= kMaxBlur || state.contrast > kMaxContrast || state.mean < kMinMean || state.mean > kMaxMean)
+  if (state.blur >= kMaxBlurQ12 || state.contrast > kMaxContrast || state.mean < kMinMean || state.mean > kMaxMean)
     return false;
 
   // Of a sharpened image, pixels that were cut off at black and white do not count.

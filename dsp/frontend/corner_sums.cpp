@@ -2,6 +2,7 @@
 #include "dsp/frontend/corner_sums.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 
 #include "dsp/frontend/edge_profile.hpp"
 
@@ -81,6 +82,66 @@ std::int16_t sharpened(int x, int wider, std::int16_t amount_q13) {
 
 std::int16_t cut(std::int16_t column) { return std::clamp<std::int16_t>(column, -kMaxSharpened, kMaxSharpened); }
 
+using Columns = std::array<std::int32_t, CornerSums::kColumns>;
+
+// A pixel's columns with this bracket. False: black and white cut the overshoot off. Where the model goes beyond them, or nearly,
+// such a pixel says nothing. Only beyond would choose pixels by their noise.
+bool columns_of(const CornerModel& model, Bracket here, int du, int dv, int pixel, Columns& column) {
+  const std::int16_t amount = model.mask.amount_q13;
+  if (amount != 0) {
+    const std::int16_t narrower = model.mask.narrower_q15;
+    const Bracket wider = bracket(model.mask.across, model.mask.shape, model.rho_q15, du, dv);
+    here.value = sharpened(here.value, wider.value, amount);
+    here.move1 = sharpened(here.move1, multiply(wider.move1, narrower), amount);
+    here.move2 = sharpened(here.move2, multiply(wider.move2, narrower), amount);
+    // The wider blur grows by blur / wider of what the blur grows.
+    here.blur = sharpened(here.blur, multiply(multiply(wider.blur, narrower), narrower), amount);
+  }
+  const std::int16_t residual_q6 = saturate(saturate((pixel << 6) - model.mean_q6) - multiply(model.contrast_q8, here.value));
+  if (amount != 0 && ((pixel == 255 && residual_q6 < CornerModel::kNearlyCutOffQ6) ||
+                      (pixel == 0 && residual_q6 > -CornerModel::kNearlyCutOffQ6)))
+    return false;
+  column[CornerSums::kMean] = 1 << 11;
+  column[CornerSums::kContrast] = cut(quarter(here.value));
+  column[CornerSums::kBlur] = cut(here.blur);
+  column[CornerSums::kTurn1] = cut(multiply(on_line(model.along[0], du, dv), here.move1));
+  column[CornerSums::kTurn2] = cut(multiply(on_line(model.along[1], du, dv), here.move2));
+  column[CornerSums::kMove1] = cut(quarter(here.move1));
+  column[CornerSums::kMove2] = cut(quarter(here.move2));
+  column[CornerSums::kResidual] = std::clamp<int>(multiply(residual_q6, 1 << 14), -4080, 4080);
+  return true;
+}
+
+void add(const Columns& column, int sign, CornerSums& sums) {
+  for (std::size_t a = 0; a < CornerSums::kColumns; ++a)
+    for (std::size_t b = a; b < CornerSums::kColumns; ++b) sums.product[a][b] += sign * column[a] * column[b];
+}
+
+// The mean of the four quarters' brackets, with derivatives by the whole pixel's unknowns.
+Bracket bracket_of_quarters(const CornerModel& model, int du, int dv) {
+  const CornerModel::Quarters& quarters = model.quarters;
+  std::int32_t value = 0, move1 = 0, move2 = 0, blur = 0;
+  for (const int right : {-1, 1})
+    for (const int below : {-1, 1}) {
+      std::array<CornerModel::Line, 2> across = quarters.across;
+      for (CornerModel::Line& line : across) line.at = saturate(line.at + (right * line.x + below * line.y) / 4);
+      const Bracket b = bracket(across, quarters.shape, model.rho_q15, du, dv);
+      value += b.value;
+      move1 += b.move1;
+      move2 += b.move2;
+      blur += b.blur;
+    }
+  const auto times = [](std::int32_t sum, std::int64_t factor, int q) {
+    return saturate(static_cast<int>((sum * factor) >> q));
+  };
+  Bracket mean;
+  mean.value = saturate(value / 4);
+  mean.move1 = times(move1, quarters.wider_q14, 14 + 2);
+  mean.move2 = times(move2, quarters.wider_q14, 14 + 2);
+  mean.blur = times(blur, quarters.wider_squared_q13, 13 + 2);
+  return mean;
+}
+
 }  // namespace
 
 const CornerWindow& corner_window(int half_window) {
@@ -100,37 +161,25 @@ void corner_sums(const CornerWindow& window, const std::uint8_t* pixels, const C
   for (int k = 0; k < window.size; ++k) {
     const auto i = static_cast<std::size_t>(k);
     const int du = window.du[i], dv = window.dv[i];
-    Bracket here = bracket(model.across, model.shape, model.rho_q15, du, dv);
-    const std::int16_t amount = model.mask.amount_q13;
-    if (amount != 0) {
-      const std::int16_t narrower = model.mask.narrower_q15;
-      const Bracket wider = bracket(model.mask.across, model.mask.shape, model.rho_q15, du, dv);
-      here.value = sharpened(here.value, wider.value, amount);
-      here.move1 = sharpened(here.move1, multiply(wider.move1, narrower), amount);
-      here.move2 = sharpened(here.move2, multiply(wider.move2, narrower), amount);
-      // The wider blur grows by blur / wider of what the blur grows.
-      here.blur = sharpened(here.blur, multiply(multiply(wider.blur, narrower), narrower), amount);
-    }
-    const std::int16_t residual_q6 =
-        saturate(saturate((pixels[i] << 6) - model.mean_q6) - multiply(model.contrast_q8, here.value));
-    // Black and white cut the overshoot off: where the model goes beyond them, or nearly, such a pixel says nothing. Only
-    // beyond would choose pixels by their noise.
-    if (amount != 0 && ((pixels[i] == 255 && residual_q6 < CornerModel::kNearlyCutOffQ6) ||
-                        (pixels[i] == 0 && residual_q6 > -CornerModel::kNearlyCutOffQ6)))
-      continue;
-    std::array<std::int32_t, CornerSums::kColumns> column;
-    column[CornerSums::kMean] = window.one[i];
-    column[CornerSums::kContrast] = cut(quarter(here.value));
-    column[CornerSums::kBlur] = cut(here.blur);
-    column[CornerSums::kTurn1] = cut(multiply(on_line(model.along[0], du, dv), here.move1));
-    column[CornerSums::kTurn2] = cut(multiply(on_line(model.along[1], du, dv), here.move2));
-    column[CornerSums::kMove1] = cut(quarter(here.move1));
-    column[CornerSums::kMove2] = cut(quarter(here.move2));
-    column[CornerSums::kResidual] = std::clamp<int>(multiply(residual_q6, 1 << 14), -4080, 4080);
-    for (std::size_t a = 0; a < CornerSums::kColumns; ++a)
-      for (std::size_t b = a; b < CornerSums::kColumns; ++b) sums.product[a][b] += column[a] * column[b];
+    Columns column;
+    if (columns_of(model, bracket(model.across, model.shape, model.rho_q15, du, dv), du, dv, pixels[i], column))
+      add(column, 1, sums);
   }
 }
 
 }  // namespace scalar
+
+void resolve_centre(const CornerWindow& window, const std::uint8_t* pixels, const CornerModel& model, CornerSums& sums) {
+  if (model.quarters.wider_q14 == 0) return;
+  for (int k = 0; k < window.size; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    const int du = window.du[i], dv = window.dv[i];
+    // Along either edge farther than 1 px from the corner, the other edge is not in the pixel.
+    if (std::abs(on_line(model.along[0], du, dv)) > 1024 || std::abs(on_line(model.along[1], du, dv)) > 1024) continue;
+    Columns column;
+    if (columns_of(model, bracket(model.across, model.shape, model.rho_q15, du, dv), du, dv, pixels[i], column))
+      add(column, -1, sums);
+    if (columns_of(model, bracket_of_quarters(model, du, dv), du, dv, pixels[i], column)) add(column, 1, sums);
+  }
+}
 }  // namespace srd::dsp

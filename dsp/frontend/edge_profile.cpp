@@ -2,6 +2,7 @@
 #include "dsp/frontend/edge_profile.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 
 #include "dsp/core/integer_math.hpp"
 
@@ -40,53 +41,99 @@ constexpr double error_series(double s) {
   return sum;
 }
 
-constexpr double step_of_normal(double x, double deviation) {
-  const double s = (x < 0 ? -x : x) / deviation;
-  const double value = s > 8 ? 1 : kRootOfTwoOverPi * bell(s) * error_series(s);
-  return x < 0 ? -value : value;
-}
-
-// The integral of step_of_normal from 0.
-constexpr double ramp_of_normal(double x, double deviation) {
-  const double s = (x < 0 ? -x : x) / deviation;
-  const double falls = s > 8 ? 0 : bell(s);
-  return (x < 0 ? -x : x) * step_of_normal(x < 0 ? -x : x, deviation) + deviation * kRootOfTwoOverPi * (falls - 1);
-}
-
-constexpr EdgeProfile::Value value_at(double s, double box, double normal) {
-  double step = 0, slope = 0;
-  if (box == 0) {
-    step = step_of_normal(s, 1);
-    slope = s > 8 || s < -8 ? 0 : kRootOfTwoOverPi * bell(s);
-  } else if (normal == 0) {
-    step = std::clamp(2 * s / box, -1.0, 1.0);
-    slope = s < box / 2 && s > -box / 2 ? 2 / box : 0;
-  } else {
-    step = (ramp_of_normal(s + box / 2, normal) - ramp_of_normal(s - box / 2, normal)) / box;
-    slope = (step_of_normal(s + box / 2, normal) - step_of_normal(s - box / 2, normal)) / box;
+// The step edge of a normal distribution of deviation 1, on a grid: the tables ask for it a million times.
+class NormalEdge {
+ public:
+  NormalEdge() {
+    for (int i = 0; i <= kCount; ++i) {
+      const double t = static_cast<double>(i) / kPerOne, falls = bell(t);
+      at_[static_cast<std::size_t>(i)] = {kRootOfTwoOverPi * falls * error_series(t), kRootOfTwoOverPi * falls};
+    }
   }
-  const auto rounded = [](double x) { return static_cast<std::int16_t>(x < 0 ? x * (1 << 14) - 0.5 : x * (1 << 14) + 0.5); };
-  return {rounded(step), rounded(slope)};
+  struct Place {
+    double step, slope;
+  };
+  // Hermite's cubic between the grid's points, within 1e-11.
+  [[nodiscard]] Place at(double s) const {
+    const double t = (s < 0 ? -s : s) * kPerOne;
+    if (t >= kCount) return {s < 0 ? -1.0 : 1.0, 0};
+    const auto i = static_cast<std::size_t>(t);
+    const double x = t - static_cast<double>(i), y = 1 - x, h = 1.0 / kPerOne;
+    const Place a = at_[i], b = at_[i + 1];
+    const double step = y * y * (1 + 2 * x) * a.step + x * x * (1 + 2 * y) * b.step + h * x * y * (y * a.slope - x * b.slope);
+    return {s < 0 ? -step : step, y * a.slope + x * b.slope};
+  }
+
+ private:
+  static constexpr int kPerOne = 256, kCount = 8 * kPerOne;
+  std::array<Place, kCount + 1> at_{};
+};
+
+// The step edge of this deviation (0: sharp), integrated from 0 once and, but for a multiple of x, twice.
+struct Integrals {
+  double once, twice;
+};
+
+Integrals integrals(const NormalEdge& edge, double x, double deviation) {
+  if (deviation == 0) return {x < 0 ? -x : x, x < 0 ? -x * x / 2 : x * x / 2};
+  const NormalEdge::Place at = edge.at(x / deviation);
+  return {x * at.step + deviation * (at.slope - kRootOfTwoOverPi),
+          (x * x + deviation * deviation) / 2 * at.step + deviation * x * at.slope / 2};
 }
 
-constexpr EdgeProfile::Table make(int shape) {
-  const double part = shape / double{EdgeProfile::kShapes - 1};
-  const double box = shape == 0 ? 0 : root(12 * part), normal = part < 1 ? root(1 - part) : 0;
+std::int16_t rounded(double x) { return static_cast<std::int16_t>(x < 0 ? x * (1 << 14) - 0.5 : x * (1 << 14) + 0.5); }
+
+constexpr EdgeProfile::Value normal_at(double s) {
+  const double size = s < 0 ? -s : s, falls = bell(size);
+  const double step = kRootOfTwoOverPi * falls * error_series(size) * (1 << 14) + 0.5;
+  return {static_cast<std::int16_t>(s < 0 ? -step : step),
+          static_cast<std::int16_t>(kRootOfTwoOverPi * falls * (1 << 14) + 0.5)};
+}
+
+// Mean over boxes of these widths of the edge that the normal distribution makes.
+EdgeProfile::Value mixed_at(const NormalEdge& edge, double s, double larger, double smaller, double deviation) {
+  const auto at = [&](double x) { return integrals(edge, x, deviation); };
+  if (smaller == 0) {
+    const Integrals right = at(s + larger / 2), left = at(s - larger / 2);
+    const auto step_at = [&](double x) { return deviation == 0 ? (x > 0 ? 1.0 : -1.0) : edge.at(x / deviation).step; };
+    return {rounded((right.once - left.once) / larger), rounded((step_at(s + larger / 2) - step_at(s - larger / 2)) / larger)};
+  }
+  const double outer = (larger + smaller) / 2, inner = (larger - smaller) / 2, area = larger * smaller;
+  const Integrals a = at(s + outer), b = at(s + inner), c = at(s - inner), d = at(s - outer);
+  return {rounded((a.twice - b.twice - c.twice + d.twice) / area), rounded((a.once - b.once - c.once + d.once) / area)};
+}
+
+// A cell holds four numbers of Q10: their mean.
+constexpr double middle(int cell) { return (4 * cell + 1.5 - EdgeProfile::kReachQ10) / 1024; }
+
+constexpr EdgeProfile::Table make_normal() {
   EdgeProfile::Table table{};
-  for (int i = 0; i < EdgeProfile::kCells; ++i)  // a cell holds four numbers of Q10: their mean
-    table[static_cast<std::size_t>(i)] = value_at((4 * i + 1.5 - EdgeProfile::kReachQ10) / 1024, box, normal);
+  for (int i = 0; i < EdgeProfile::kCells; ++i) table[static_cast<std::size_t>(i)] = normal_at(middle(i));
   return table;
 }
 
 Tables make_all() {
+  const NormalEdge edge;
   Tables tables{};
-  for (int shape = 0; shape < EdgeProfile::kShapes; ++shape) tables[static_cast<std::size_t>(shape)] = make(shape);
+  for (int shape = 0; shape < EdgeProfile::kShapes; ++shape) {
+    EdgeProfile::Table& table = tables[static_cast<std::size_t>(shape)];
+    const double part = shape % EdgeProfile::kParts / double{EdgeProfile::kParts - 1};
+    const double ratio = shape / EdgeProfile::kParts / double{EdgeProfile::kRatios - 1};
+    if (part == 0) {
+      table = make_normal();
+      continue;
+    }
+    // Two boxes w and r w have the variance (1 + r^2) w^2 / 12.
+    const double larger = root(12 * part / (1 + ratio * ratio)), deviation = part < 1 ? root(1 - part) : 0;
+    for (int i = 0; i < EdgeProfile::kCells; ++i)
+      table[static_cast<std::size_t>(i)] = mixed_at(edge, middle(i), larger, ratio * larger, deviation);
+  }
   return tables;
 }
 
 }  // namespace
 
-alignas(64) constinit const EdgeProfile::Table EdgeProfile::kNormal = make(0);
+alignas(64) constinit const EdgeProfile::Table EdgeProfile::kNormal = make_normal();
 
 const EdgeProfile::Table& EdgeProfile::mixed(int shape) {
   alignas(64) static const Tables kTables = make_all();
@@ -94,13 +141,11 @@ const EdgeProfile::Table& EdgeProfile::mixed(int shape) {
 }
 
 int EdgeProfile::sharp_shape_of(std::int32_t nx_q14, std::int32_t ny_q14, std::int64_t blur_q12) {
-  const std::int64_t product_q14 = (static_cast<std::int64_t>(nx_q14) * ny_q14) >> 14;
-  const std::int64_t fourth_q28 = (std::int64_t{1} << 28) - 2 * product_q14 * product_q14;  // nx^4 + ny^4
-  const std::int64_t fourth_root_q14 = isqrt(static_cast<std::uint64_t>(std::max<std::int64_t>(fourth_q28, 0)));
-  // Part of the variance in 1/16: 16 sqrt(nx^4 + ny^4) / (12 blur^2).
-  const std::int64_t variance_q24 = blur_q12 * blur_q12;
-  const std::int64_t part = divide_rounded(fourth_root_q14 << 12, 3 * variance_q24);
-  return static_cast<int>(std::min<std::int64_t>(part, kShapes - 1));
+  const std::int32_t x = std::abs(nx_q14), y = std::abs(ny_q14);
+  const std::int64_t ratio = divide_rounded(std::int64_t{kRatios - 1} * std::min(x, y), std::max({x, y, 1}));
+  // The boxes' part of the variance in 1/16: 16 / (12 blur^2).
+  const std::int64_t part = divide_rounded(std::int64_t{1} << 26, 3 * blur_q12 * blur_q12);
+  return static_cast<int>(ratio) * kParts + static_cast<int>(std::min<std::int64_t>(part, kParts - 1));
 }
 
 }  // namespace srd::dsp

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The step edge as a camera shows it, in tables: E(s) from -1 to 1 across the edge, and D(s) = E'(s); s is the distance from the
 // edge in standard deviations of the blur. The lens's part of the blur is a normal distribution; the pixel averages over its
-// area, which across an edge of normal n is a box of |nx| and one of |ny| px. Both together have the variance
-// blur^2 = lens^2 + 1/12 px^2 whatever the direction; what their mixture changes is the shape, from the normal distribution
-// (E(s) = erf(s / sqrt 2)) to the box, by how much of the variance is the box's.
+// area, which across an edge of normal n is a box of |nx| and one of |ny| px: optics (24). Both boxes together have the variance
+// 1/12 px^2 whatever the direction, blur^2 = lens^2 + 1/12 px^2; what the direction changes is their mixture's shape.
 #pragma once
 
 #include <array>
@@ -17,8 +16,9 @@ class EdgeProfile {
  public:
   static constexpr int kReachQ10 = 4 << 10;
   static constexpr int kCells = 2 * kReachQ10 / 4;
-  // Shape k: a box with k/16 of the variance, a normal distribution with the rest.
-  static constexpr int kShapes = 17;
+  // Shape 17 r + k: two boxes, the smaller r/3 of the larger, with k/16 of the variance together, a normal distribution with the
+  // rest. Shapes 0: the normal distribution.
+  static constexpr int kParts = 17, kRatios = 4, kShapes = kParts * kRatios;
 
   struct Value {
     std::int16_t step;   // E, Q14, +-16384
@@ -33,9 +33,8 @@ class EdgeProfile {
   // 0 <= shape < kShapes.
   [[nodiscard]] static const Table& table(int shape) { return shape == 0 ? kNormal : mixed(shape); }
 
-  // The shape of an edge with this normal (Q14, unit length) and blur (Q12 px), by the excess kurtosis of its derivative:
-  // two boxes have -(nx^4 + ny^4) / (120 blur^4), optics (24), and one with the part f of the variance has -1.2 f^2.
-  // From 0.73 px on it is within 0.1 % of the contrast of the normal distribution's.
+  // The shape of an edge with this normal (Q14, unit length) and blur (Q12 px). From 0.73 px on it is within 0.1 % of the
+  // contrast of the normal distribution's.
   [[nodiscard]] static int shape_of(std::int32_t nx_q14, std::int32_t ny_q14, std::int64_t blur_q12) {
     constexpr std::int64_t kWideQ12 = 4096 * 73 / 100;
     return blur_q12 >= kWideQ12 ? 0 : sharp_shape_of(nx_q14, ny_q14, blur_q12);

@@ -51,7 +51,7 @@ struct Scatter {
   int found = 0;
 };
 
-// The model is told how the image was sharpened. Angles keep off the pixels' rows, along which sharp edges are hardly seen.
+// The model is told how the image was sharpened. The board lies at any angle.
 Scatter scatter_of(CornerPatch patch, int draws) {
   std::mt19937 random(17);
   std::uniform_real_distribution<double> uniform(-0.5, 0.5);
@@ -62,7 +62,7 @@ Scatter scatter_of(CornerPatch patch, int draws) {
   double variance = 0;
   int bounds = 0;
   for (int k = 0; k < draws; ++k) {
-    patch.angle = M_PI / 2 * std::floor(4 * (uniform(random) + 0.5)) + M_PI / 4 + 0.56 * 2 * uniform(random);
+    patch.angle = M_PI * 2 * uniform(random);
     patch.u = 20 + uniform(random);
     patch.v = 20 + uniform(random);
     const auto pixels = fakes::render(patch, random);
@@ -110,12 +110,13 @@ TEST_P(CornerFitOfEdges, IsNearTheBoundAndStatesItsScatter) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Lens, CornerFitOfEdges,
-                         testing::Values(Edge{0.2, 0, 1}, Edge{0.3, 0, 1}, Edge{0.3, 0.5, 1}, Edge{0.3, 1.5, 1},
-                                         Edge{0.5, 1, 1}, Edge{0.5, 1.5, 0.7}, Edge{0.5, 1, 2}, Edge{0.9, 0.5, 1},
-                                         Edge{0.9, 1.5, 1.5}, Edge{2.5, 0, 1}, Edge{4, 0, 1}, Edge{4, 1.5, 1}));
+                         testing::Values(Edge{0, 0, 1}, Edge{0.1, 0, 1}, Edge{0.2, 0, 1}, Edge{0.3, 0, 1}, Edge{0.3, 0.5, 1},
+                                         Edge{0.3, 1.5, 1}, Edge{0.5, 1, 1}, Edge{0.5, 1.5, 0.7}, Edge{0.5, 1, 2},
+                                         Edge{0.9, 0.5, 1}, Edge{0.9, 1.5, 1.5}, Edge{2.5, 0, 1}, Edge{4, 0, 1},
+                                         Edge{4, 1.5, 1}));
 
 // No lens is that sharp; images reduced by area come near.
-TEST(CornerFitOfPixels, WithoutBlurIsRightToAHundredthOfAPixel) {
+TEST(CornerFitOfPixels, WithoutBlurx) {
   for (const double sharpening : {0.0, 0.5, 1.0}) {
     CornerPatch patch;
     patch.contrast = 70;
@@ -124,7 +125,7 @@ TEST(CornerFitOfPixels, WithoutBlurIsRightToAHundredthOfAPixel) {
     patch.sharpening = sharpening;
     const Scatter s = scatter_of(patch, 120);
     EXPECT_GE(s.found, 119) << sharpening;
-    EXPECT_LT(s.rms, 0.01) << sharpening;
+    EXPECT_LT(s.rms, 0.006) << sharpening;
   }
 }
 
