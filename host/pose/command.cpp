@@ -26,6 +26,8 @@ struct PoseOptions {
   std::vector<std::string> plates, modes = {"A00", "B", "C"};
   std::vector<double> depths;
   std::optional<double> lx, ly;
+  std::vector<std::filesystem::path> views;
+  double print_mm = 0.1;
   bool force = false;
 };
 
@@ -88,6 +90,16 @@ Outcome<void> run_pose(const PoseOptions& options) {
   if (!pose) return pose.error();
   PoseResult result;
   result.pose = std::move(pose).value();
+  result.listed = result.pose.points;
+  if (!options.views.empty()) {
+    if (options.level)
+      return pose_usage("--view with --water-level", "dry views, all of them", "a reference through water", "");
+    auto print = refine_points(result.pose, options.views, request, options.print_mm);
+    if (!print) return print.error();
+    if (auto fitted = fit_again(result.pose, print->points, request.water, options.references.front().string()); !fitted)
+      return fitted;
+    result.print = std::move(print).value();
+  }
   result.water = request.water;
   result.calibration_file = options.calibration.string();
   for (const auto& reference : options.references) result.references.push_back(reference.string());
@@ -183,6 +195,15 @@ void add_pose_command(CLI::App& app, int& exit_code) {
                    "THICKNESS,INDEX of a transparent plate on the pattern, mm; again for each further one, from the top down")
       ->expected(1)
       ->take_all();
+  const char* print = "The pattern's own points";
+  command
+      ->add_option("--view", options->views,
+                   "Dry images of the pattern from other places, same lens: its points are found with them (2 or more)")
+      ->group(print);
+  command->add_option("--print-mm", options->print_mm, "How far the print may be off, one standard deviation, mm")
+      ->capture_default_str()
+      ->check(within(0, 100, "mm"))
+      ->group(print);
   const char* effect = "What the errors mean for surfaces";
   command
       ->add_option("--depth", options->depths,

@@ -106,21 +106,27 @@ Outcome<MeasuredPose> measure_pose(PoseRequest request) {
   const auto order = order_of(out.view, out.points, out.board, request.order, where);
   if (!order) return order.error();
   out.order = *order;
-  std::vector<dsp::PoseCorner> corners;
-  for (std::size_t i = 0; i < out.view.corners.size(); ++i)
-    corners.push_back({out.point_of(i), out.view.corners[i].pixel, out.view.corners[i].sigma_px});
-  const auto fit = fit_pose(out.calibration, corners, where, request.water.above());
-  if (!fit) return fit.error();
-  out.fit = *fit;
-  out.covariance = out.fit.estimate.covariance(request.water.wet() ? request.water.level_deviation_mm : 0);
-  out.neighbour_correlation = correlation_of_neighbours(out.fit.left_px, out.view.seen);
-  out.warnings = out.view.warnings;
-  out.warnings.insert(out.warnings.end(), out.fit.warnings.begin(), out.fit.warnings.end());
-  if (out.fit.common_px > 0 && out.neighbour_correlation > kNotableCorrelation)
-    out.warnings.push_back(formatted("neighbouring corners are off together (correlation %.2f): print or lens, not noise; ",
-                                     out.neighbour_correlation) +
-                           "the pose's true errors are larger than stated");
+  if (auto fitted = fit_again(out, Points(out.points), request.water, where); !fitted) return fitted.error();
   return out;
+}
+
+Outcome<void> fit_again(MeasuredPose& pose, const Points& points, StillWater& water, const std::string& where) {
+  pose.points = points;
+  std::vector<dsp::PoseCorner> corners;
+  for (std::size_t i = 0; i < pose.view.corners.size(); ++i)
+    corners.push_back({pose.point_of(i), pose.view.corners[i].pixel, pose.view.corners[i].sigma_px});
+  const auto fit = fit_pose(pose.calibration, corners, where, water.above());
+  if (!fit) return fit.error();
+  pose.fit = *fit;
+  pose.covariance = pose.fit.estimate.covariance(water.wet() ? water.level_deviation_mm : 0);
+  pose.neighbour_correlation = correlation_of_neighbours(pose.fit.left_px, pose.view.seen);
+  pose.warnings = pose.view.warnings;
+  pose.warnings.insert(pose.warnings.end(), pose.fit.warnings.begin(), pose.fit.warnings.end());
+  if (pose.fit.common_px > 0 && pose.neighbour_correlation > kNotableCorrelation)
+    pose.warnings.push_back(formatted("neighbouring corners are off together (correlation %.2f): print or lens, not noise; ",
+                                      pose.neighbour_correlation) +
+                            "the pose's true errors are larger than stated");
+  return {};
 }
 
 PoseDeviations deviations_of(const dsp::Pose<double>& pose, const dsp::PoseMatrix& covariance) {

@@ -67,6 +67,9 @@ struct NamedPattern {
 // Problems of any of the files, see read_reference, order_of and fit_pose.
 [[nodiscard]] Outcome<MeasuredPose> measure_pose(PoseRequest request);
 
+// The same corners on other points of the pattern. Replaces points, fit, covariance, correlation and warnings.
+[[nodiscard]] Outcome<void> fit_again(MeasuredPose& pose, const Points& points, StillWater& water, const std::string& where);
+
 // Standard deviations: turns about the camera's axes (rad), translation (mm), centre in W (mm).
 struct PoseDeviations {
   dsp::Vec3<double> turn, translation, centre;

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "drivers/geometry/pose.hpp"
 #include "drivers/support/formatted.hpp"
 #include "drivers/support/text_file.hpp"
 #include "host/plot/page.hpp"
@@ -35,6 +36,13 @@ std::string quoted(const std::string& text) {
 double rms_mm(const std::vector<dsp::Vec2<double>>& left) {
   double sum = 0;
   for (const auto& v : left) sum += v.squaredNorm() / static_cast<double>(2 * left.size());
+  return std::sqrt(sum);
+}
+
+// Of the points along X and Y, rms.
+double print_deviation(const PointRefinement& print) {
+  double sum = 0;
+  for (const auto& d : print.deviation) sum += d.head<2>().squaredNorm() / static_cast<double>(2 * print.deviation.size());
   return std::sqrt(sum);
 }
 
@@ -72,6 +80,14 @@ std::string report_toml(const PoseResult& result, const std::vector<dsp::Vec2<do
       "rms_px = %.5f\nworst_px = %.5f\ncommon_px = %.5f\nvariance_factor = %.4f\nneighbour_correlation = %.3f\nrms_mm = %.5f\n",
       pose.fit.rms_px, pose.fit.worst_px, pose.fit.common_px, pose.fit.estimate.variance_factor, pose.neighbour_correlation,
       rms_mm(left_mm));
+  if (result.print) {
+    const PointRefinement& print = *result.print;
+    text += "\n[print]  # the pattern's points from several views; points.txt has them\n";
+    text += formatted("views = %d\noff_mm = %.5f\noff_z_mm = %.5f\ndeviation_mm = %.5f\n", print.views, print.print_mm,
+                      print.print_z_mm, print_deviation(print));
+    text += formatted("views_before_px = %.5f\nviews_after_px = %.5f\nvariance_factor = %.4f\n", print.before_px,
+                      print.after_px, print.variance_factor);
+  }
   for (const HeightEffect& effect : result.effects) {
     text += "\n[[systematic]]  # what the pose's errors are in every surface measured with it\n";
     text += "depth_mm = " + number_text(effect.depth_mm) + "\nlx_mm = " + number_text(effect.model.lx) +
@@ -146,11 +162,24 @@ Outcome<void> write_pose_files(PoseResult& result, const fs::path& out) {
   if (result.water.wet())
     page.facts.emplace_back("Seen through", formatted("still water of %g +- %g mm, index %g", *result.water.level_mm,
                                                       result.water.level_deviation_mm, result.water.media.water));
-  const std::pair<const Scene*, std::string> drawings[] = {
+  if (result.print)
+    page.facts.emplace_back("Print", formatted("%.4f mm an axis from the list, found to %.4f mm from %d views; ",
+                                               result.print->print_mm, print_deviation(*result.print), result.print->views) +
+                                         formatted("they leave %.4f px, with the list's points %.4f px", result.print->after_px,
+                                                   result.print->before_px));
+  std::vector<std::pair<const Scene*, std::string>> drawings = {
       {&overlay,
        "Corners over the reference image (blue), the world's axes, and what is left of each corner (orange), magnified."},
       {&map,
        "What is left of each corner on the pattern, magnified: arrows that agree with their neighbours are print or lens."}};
+  std::vector<dsp::Vec2<double>> off;
+  for (std::size_t i = 0; result.print && i < pose.order.points.size(); ++i) {
+    const auto place = static_cast<std::size_t>(pose.order.points[i]);
+    off.emplace_back((pose.points[place] - result.listed[place]).head<2>());
+  }
+  const std::optional<Scene> print_map = result.print ? std::optional(residual_map(pose, off)) : std::nullopt;
+  if (print_map)
+    drawings.emplace_back(&*print_map, "How far the print's corners lie from the list, found from all views, magnified.");
   for (const auto& [scene, caption] : drawings) {
     auto svg = svg_element(*scene, caption);
     if (!svg) return svg.error();

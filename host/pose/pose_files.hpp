@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "host/pose/height_effect.hpp"
+#include "host/pose/point_refinement.hpp"
 
 namespace srd::host {
 
@@ -14,6 +15,8 @@ struct PoseResult {
   MeasuredPose pose;
   StillWater water;  // of the reference
   std::vector<HeightEffect> effects;
+  std::optional<PointRefinement> print;  // the pose's points are then these, else the list's
+  Points listed;                         // the pattern as it was given
   std::vector<std::string> references;
   std::string calibration_file;
 };

@@ -138,7 +138,7 @@ Scene residual_map(const MeasuredPose& pose, const std::vector<dsp::Vec2<double>
   scene.add(std::move(dots));
   scene.add(std::move(arrows));
   scene.add(Text{.at = {8, 18},
-                 .text = std::string("Where the corners' rays meet the pattern, less the pattern's list; ") +
+                 .text = std::string("Corners on the pattern as found, less where the list has them; ") +
                          (turned ? "X to the right, Y down" : "Y to the right, X down"),
                  .size = 12,
                  .colour = kInk});

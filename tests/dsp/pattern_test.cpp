@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <vector>
 
@@ -42,6 +43,19 @@ TEST(Pattern, NeighboursDifferInParityAndTheOriginIsEven) {
       EXPECT_NE(pattern->odd(pattern->at(r, c)), pattern->odd(pattern->at(r + 1, c)));
       EXPECT_NE(pattern->odd(pattern->at(r, c)), pattern->odd(pattern->at(r, c + 1)));
     }
+}
+
+TEST(Pattern, APrintThatWasMeasuredKeepsItsGrid) {
+  // Off by 0.15 mm each way: the least distance is 9.7, and over 38 squares of that a square would be lost.
+  auto points = grid(39, 10, 10);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    points[i] += 0.15 * Vec3<double>(std::sin(2.3 * static_cast<double>(i * i)), std::cos(1.7 * static_cast<double>(i * i)), 0);
+  const auto pattern = Pattern::make(points, FirstSquare::kDark);
+  ASSERT_TRUE(pattern.ok());
+  EXPECT_EQ(pattern->rows(), 39);
+  EXPECT_EQ(pattern->columns(), 10);
+  EXPECT_NEAR(pattern->square(), 10, 0.05);
+  for (int i = 0; i < pattern->size(); ++i) EXPECT_EQ(10 * pattern->row(i) + pattern->column(i), i);
 }
 
 TEST(Pattern, RefusesPointsThatAreNoBoard) {
