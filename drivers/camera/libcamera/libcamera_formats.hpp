@@ -18,7 +18,7 @@ struct LibcameraFormat {
   [[nodiscard]] bool zero_copy() const { return layout == GrayLayout::kBytes; }
 };
 
-// In the order of preference. libcamera names colours from the high byte down, memory holds them from the low byte up.
+// In the order of preference within one stream: libcamera_choice.hpp. libcamera names colours from the high byte down, memory holds them from the low byte up.
 inline const std::array<LibcameraFormat, 9> kLibcameraFormats{{
     {libcamera::formats::R8, GrayLayout::kBytes, 8},
     {libcamera::formats::YUV420, GrayLayout::kBytes, 8},

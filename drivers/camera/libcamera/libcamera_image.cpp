@@ -2,6 +2,7 @@
 #include "drivers/camera/libcamera/libcamera_image.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <string_view>
 
 #include "drivers/support/text_file.hpp"
@@ -10,7 +11,10 @@ namespace srd {
 
 namespace {
 
-constexpr std::int32_t kOff = 0;  // NoiseReductionModeOff and AfModeManual alike
+// Controls are floats, of which a person wants to see no more than was meant.
+std::string rounded(float value) { return number_text(std::round(1000.0 * static_cast<double>(value)) / 1000); }
+
+constexpr std::int32_t kOff = 0;  // NoiseReductionModeOff, HdrModeOff and AfModeManual alike
 
 class NamedControls {
  public:
@@ -58,13 +62,19 @@ std::vector<std::string> neutral_image(const libcamera::ControlInfoMap& known, c
   const float sharpness = static_cast<float>(options.sharpness.value_or(0));
   const auto sharpened = controls.real("Sharpness", sharpness);
   if (sharpened && *sharpened > 0)
-    concerns.push_back("sharpness is " + number_text(static_cast<double>(*sharpened)) +
-                       ", 0 is none: the camera sharpens edges");
+    concerns.push_back("sharpness is " + rounded(*sharpened) + ", 0 is none: the camera sharpens edges");
   if (!sharpened && sharpness > 0) notes.push_back("sharpness cannot be set: the camera has no such control");
   if (!controls.choose("NoiseReductionMode", kOff)) concerns.push_back("noise reduction cannot be switched off");
-  static_cast<void>(controls.real("Contrast", 1));
-  static_cast<void>(controls.real("Brightness", 0));
-  static_cast<void>(controls.real("Gamma", 1));
+  const auto neutral = [&](std::string_view name, const char* word, float wanted) {
+    const auto value = controls.real(name, wanted);
+    if (value && (*value < wanted || *value > wanted))
+      concerns.push_back(std::string(word) + " is " + rounded(*value) + ", " + rounded(wanted) +
+                         " is neutral: the camera bends grey levels");
+  };
+  neutral("Contrast", "contrast", 1);
+  neutral("Brightness", "brightness", 0);
+  neutral("Gamma", "gamma", 1);
+  if (!controls.choose("HdrMode", kOff)) concerns.push_back("high dynamic range cannot be switched off");
   if (!controls.choose("AfMode", kOff)) concerns.push_back("automatic focus cannot be switched off");
   const bool lens = controls.has("LensPosition", libcamera::ControlTypeFloat);
   if (options.focus && lens) {

@@ -11,6 +11,7 @@
 #include <cstring>
 #include <ctime>
 
+#include "drivers/camera/libcamera/libcamera_choice.hpp"
 #include "drivers/camera/libcamera/libcamera_image.hpp"
 #include "drivers/camera/libcamera/libcamera_version.hpp"
 #include "drivers/support/system_clock.hpp"
@@ -137,34 +138,38 @@ Outcome<void> LibcameraSession::set_up(const LibcameraOptions& options) {
 }
 
 Outcome<void> LibcameraSession::configure(const LibcameraOptions& options) {
+  using libcamera::StreamRole;
   std::string offers;
   bool size_refused = false;
-  for (const libcamera::StreamRole role : {libcamera::StreamRole::Viewfinder, libcamera::StreamRole::Raw}) {
-    configuration_ = configuration_for(*camera_, role);
-    if (!configuration_ || configuration_->empty()) continue;
-    const libcamera::StreamFormats formats = configuration_->at(0).formats();
+  const auto formats_of = [&](StreamRole role) {
+    const auto configuration = configuration_for(*camera_, role);
+    if (!configuration || configuration->empty()) return std::vector<libcamera::PixelFormat>();
+    const libcamera::StreamFormats formats = configuration->at(0).formats();
     offers += (offers.empty() ? "" : "\n") + libcamera_offers(formats, "    ");
-    const std::vector<libcamera::PixelFormat> offered = formats.pixelformats();
-    for (const LibcameraFormat& format : kLibcameraFormats) {
-      if (std::find(offered.begin(), offered.end(), format.format) == offered.end()) continue;
-      libcamera::StreamConfiguration& stream = configuration_->at(0);
-      stream.pixelFormat = format.format;
-      stream.size = {static_cast<unsigned>(options.width), static_cast<unsigned>(options.height)};
-      stream.bufferCount = static_cast<unsigned>(options.buffers);
-      if (configuration_->validate() == libcamera::CameraConfiguration::Invalid) continue;
-      if (stream.pixelFormat != format.format) continue;
-      if (stream.size.width != static_cast<unsigned>(options.width) ||
-          stream.size.height != static_cast<unsigned>(options.height)) {
-        size_refused = true;
-        continue;
-      }
-      if (const int error = camera_->configure(configuration_.get()); error != 0)
-        return trouble(options, "the camera cannot be configured", -error);
-      format_ = format;
-      stream_ = stream.stream();
-      stride_ = static_cast<int>(stream.stride);
-      return {};
+    return formats.pixelformats();
+  };
+  const auto processed = formats_of(StreamRole::Viewfinder), raw = formats_of(StreamRole::Raw);
+  for (const StreamTry& wanted : streams_to_try(raw, processed)) {
+    configuration_ = configuration_for(*camera_, wanted.role);
+    if (!configuration_ || configuration_->empty()) continue;
+    libcamera::StreamConfiguration& stream = configuration_->at(0);
+    stream.pixelFormat = wanted.format.format;
+    stream.size = {static_cast<unsigned>(options.width), static_cast<unsigned>(options.height)};
+    stream.bufferCount = static_cast<unsigned>(options.buffers);
+    if (configuration_->validate() == libcamera::CameraConfiguration::Invalid) continue;
+    if (stream.pixelFormat != wanted.format.format) continue;
+    if (stream.size.width != static_cast<unsigned>(options.width) ||
+        stream.size.height != static_cast<unsigned>(options.height)) {
+      size_refused = true;
+      continue;
     }
+    if (const int error = camera_->configure(configuration_.get()); error != 0)
+      return trouble(options, "the camera cannot be configured", -error);
+    format_ = wanted.format;
+    stream_ = stream.stream();
+    stride_ = static_cast<int>(stream.stride);
+    if (const std::string why = why_not_raw(raw, wanted); !why.empty()) notes_.push_back(why);
+    return {};
   }
   return Problem{Exit::kDevice,
                  size_refused ? "the camera does not offer this size" : "the camera has no usable pixel format",
