@@ -127,6 +127,9 @@ TEST(Scene, WrongFilesAreRefusedWithTheirLine) {
       {"[[surface.mode]]\nname = \"A00\"\nmean_mm = 2.0\namplitude_mm = 3.0\n", "water above the pattern"},
       {"[light]\ndark = 100.0\nbright = 90.0\n", "scene.toml:2: key 'light.dark'"},
       {"[image]\nblur_px = 0.1\n", "scene.toml:2: key 'image.blur_px'"},
+      {"[image]\npixel = \"square\"\nblur_px = 0.1\n", "scene.toml:3: key 'image.blur_px'"},
+      {"[image]\npixel = \"round\"\n", "scene.toml:2: key 'image.pixel'"},
+      {"[image]\nsharpen_amount = 4.0\n", "scene.toml:2: key 'image.sharpen_amount'"},
       {"[[glare]]\nradius_px = 0.0\n", "scene.toml:2"},
       {"camera = 3\n", "scene.toml:1: key 'camera'"},
   };

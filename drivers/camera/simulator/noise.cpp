@@ -39,11 +39,11 @@ PixelNoise::PixelNoise(std::uint64_t seed, double sigma)
   if (sigma_q8_ > 0) quantile_ = normal_quantiles();
 }
 
-void PixelNoise::finish_row(std::uint64_t frame, int row, std::span<const std::int32_t> levels_q8, std::uint8_t* pixels) const {
-  const auto rounded = [](std::int32_t q8) { return static_cast<std::uint8_t>(std::clamp((q8 + 128) >> 8, 0, 255)); };
+template <class Place>
+void PixelNoise::each(std::uint64_t frame, int row, std::span<const std::int32_t> levels_q8, Place place) const {
   const std::size_t width = levels_q8.size();
   if (sigma_q8_ == 0) {
-    for (std::size_t u = 0; u < width; ++u) pixels[u] = rounded(levels_q8[u]);
+    for (std::size_t u = 0; u < width; ++u) place(u, levels_q8[u]);
     return;
   }
   // One key a row; the counter of a key runs over blocks of four pixels.
@@ -53,8 +53,17 @@ void PixelNoise::finish_row(std::uint64_t frame, int row, std::span<const std::i
     const std::size_t end = std::min(u + 4, width);
     for (; u < end; ++u, bits >>= 16)
       // |deviate sigma| < 17740 * 2^14 < 2^29: int32 has 2 bits to spare.
-      pixels[u] = rounded(levels_q8[u] + ((quantile_[bits & 0xFFFF] * sigma_q8_) >> 12));
+      place(u, levels_q8[u] + ((quantile_[bits & 0xFFFF] * sigma_q8_) >> 12));
   }
+}
+
+void PixelNoise::add_row(std::uint64_t frame, int row, std::span<std::int32_t> levels_q8) const {
+  each(frame, row, levels_q8, [&](std::size_t u, std::int32_t q8) { levels_q8[u] = std::clamp(q8, 0, 255 << 8); });
+}
+
+void PixelNoise::finish_row(std::uint64_t frame, int row, std::span<const std::int32_t> levels_q8, std::uint8_t* pixels) const {
+  each(frame, row, levels_q8,
+       [&](std::size_t u, std::int32_t q8) { pixels[u] = static_cast<std::uint8_t>(std::clamp((q8 + 128) >> 8, 0, 255)); });
 }
 
 }  // namespace srd

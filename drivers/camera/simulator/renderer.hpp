@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Images of a scene: every pixel's ray is traced through the water to the pattern (optics (6)-(8)), and the
 // pattern is averaged over the lens's blur and the pixel's area, so that corners lie where the truth says to
-// some 1e-4 px.
+// some 1e-4 px. Then the sensor's noise, then an unsharp mask where the scene has one: the truth knows nothing of either.
 #pragma once
 
 #include <cstdint>
@@ -13,6 +13,7 @@
 #include "drivers/camera/simulator/noise.hpp"
 #include "drivers/camera/simulator/pattern_map.hpp"
 #include "drivers/camera/simulator/scene.hpp"
+#include "drivers/camera/simulator/unsharp_mask.hpp"
 #include "drivers/recording/image_file.hpp"
 #include "drivers/support/problem.hpp"
 
@@ -35,7 +36,7 @@ class Renderer {
   void render_levels(const dsp::Coefficients<double>& coefficients, std::span<float> levels);
 
   [[nodiscard]] const Scene& scene() const { return scene_; }
-  // Spacing of traced rays, and the largest error (px) of those interpolated between them over the scene's
+  // Spacing of traced rays (in parts of a pixel where it has parts), and the largest error (px) of those interpolated between them over the scene's
   // motion.
   [[nodiscard]] int grid_step() const { return map_->step(); }
   [[nodiscard]] double grid_error_px() const { return grid_error_px_; }
@@ -44,6 +45,7 @@ class Renderer {
   explicit Renderer(const Scene& scene);
   [[nodiscard]] double sampled_grid_error();
   void place_glare(std::uint64_t frame);
+  void drawn_row(int v, bool glare);
   void levels_row(int v, bool glare);
   void finish(std::uint64_t frame, bool glare, const GrayBuffer& image);
 
@@ -55,14 +57,19 @@ class Renderer {
   };
 
   Scene scene_;
+  // PixelArea::kSquare: the mean over fine_ x fine_ parts of the pixel, each drawn as a pixel of drawn_ is, as a normal
+  // distribution. Else fine_ is 1, and drawn_ the scene itself.
+  int fine_;
+  Scene drawn_;
   FilteredCheckerboard board_;
   PixelNoise noise_;
   std::unique_ptr<PatternMap> map_;
   double grid_error_px_ = 0;
   PatternRow pattern_row_;
-  std::vector<float> levels_;
+  std::vector<float> drawn_levels_, levels_;
   std::vector<std::int32_t> levels_q8_;
   std::vector<PlacedSpot> spots_;
+  std::unique_ptr<UnsharpMask> mask_;  // null: none
 };
 
 // What the tank holds in the dry reference image: air over the plates. The surface's place does not matter

@@ -212,8 +212,12 @@ Outcome<Scene> scene_of(const TomlFile& file, Scene scene) {
   check_depth(surface, scene);
   read_light(root.table("light"), scene.light);
   TomlTable image = root.table("image");
-  set(scene.blur_px, image.number("blur_px", range(0.5, 20, "px")));
+  if (const auto word = image.choice("pixel", {"normal", "square"}))
+    scene.pixel = *word == "square" ? PixelArea::kSquare : PixelArea::kNormal;
+  set(scene.blur_px, image.number("blur_px", range(scene.pixel == PixelArea::kSquare ? 0.2 : 0.5, 20, "px")));
   set(scene.noise, image.number("noise", range(0, 64, "grey levels")));
+  set(scene.sharpen_amount, image.number("sharpen_amount", range(0, 3)));
+  set(scene.sharpen_radius_px, image.number("sharpen_radius_px", range(0.5, 4, "px")));
   read_glare(root, scene);
   if (const Outcome<void> done = file.finish(); !done) return done.error();
   return scene;

@@ -52,6 +52,12 @@ struct GlareSpot {
   double peak = 255;
 };
 
+// What a pixel averages over, after the lens.
+enum class PixelArea : std::uint8_t {
+  kNormal,  // a normal distribution of a square's variance, 1/12 px^2 an axis: the whole blur is sqrt(blur_px^2 + 1/12)
+  kSquare,  // its square, evenly
+};
+
 struct Scene {
   std::string name;
   std::uint64_t seed = 1;  // of the noise
@@ -66,10 +72,12 @@ struct Scene {
   dsp::SurfaceModel<double> surface;
   std::vector<ModeMotion> motions;  // one a mode, in the order of surface.modes
   Light light;
-  // Sigma of the lens; the pixel's area comes on top. At least 0.5: a square pixel then counts as a Gaussian
-  // one.
-  double blur_px = 0.7;
-  double noise = 1.5;  // sigma, grey levels
+  // Standard deviation of the lens's blur, a normal distribution, before the pixel's area.
+  double blur_px = 0.7;  // 0.5 to 20; with PixelArea::kSquare from 0.2
+  PixelArea pixel = PixelArea::kNormal;
+  double noise = 1.5;              // sigma, grey levels, of the sensor
+  double sharpen_amount = 0;       // unsharp mask after the noise: level + amount (level - its blur), 0..3
+  double sharpen_radius_px = 1.0;  // standard deviation of that blur, a normal distribution, 0.5..4 px
   std::vector<GlareSpot> glare;
 
   [[nodiscard]] int width() const { return calibration.image_width; }
