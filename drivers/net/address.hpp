@@ -48,7 +48,7 @@ class Address {
 
  private:
   // 0, or an error of getaddrinfo.
-  [[nodiscard]] static int look_up(const HostAndPort& of, int flags, std::vector<Address>& found);
+  [[nodiscard]] static int look_up(const HostAndPort& of, int flags, std::vector<Address>& addresses);
 
   sockaddr_storage storage_{};
   socklen_t size_ = 0;

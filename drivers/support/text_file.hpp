@@ -3,6 +3,7 @@
 #pragma once
 
 #include <charconv>
+#include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <optional>
@@ -42,7 +43,7 @@ template <class T>
   const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
   if (error != std::errc{} || end != field.data() + field.size()) return std::nullopt;
   if constexpr (std::is_floating_point_v<T>)
-    if (!(value - value == 0)) return std::nullopt;
+    if (!std::isfinite(value)) return std::nullopt;
   return value;
 }
 

@@ -221,12 +221,13 @@ std::string TomlTable::where(std::string_view key) const {
   return node_->line(key.empty() ? node_->table : node_->table->get(key));
 }
 
-void TomlTable::complain(std::string_view key, std::string expected, std::string found, std::string advice) {
+void TomlTable::complain(std::string_view key, const std::string& expected, const std::string& found,
+                         const std::string& advice) {
   const toml::node* at = node_->table == nullptr ? nullptr : node_->table->get(key);
   node_->complain(at == nullptr ? node_->table : at, "key '" + node_->path + std::string(key) + "'", expected, found, advice);
 }
 
-void TomlTable::missing(std::string_view key, std::string expected) {
+void TomlTable::missing(std::string_view key, const std::string& expected) {
   node_->known.emplace(key);
   node_->complain(node_->table, "key '" + node_->path + std::string(key) + "' is missing", expected, "", "");
 }

@@ -52,9 +52,9 @@ class TomlTable {
   // "file:line" of a key, or of the table itself for "".
   [[nodiscard]] std::string where(std::string_view key) const;
   // A problem with a value that has the right type: "key 'x' ..." at its line.
-  void complain(std::string_view key, std::string expected, std::string found, std::string advice = {});
+  void complain(std::string_view key, const std::string& expected, const std::string& found, const std::string& advice = {});
   // The key is missing and has no default.
-  void missing(std::string_view key, std::string expected);
+  void missing(std::string_view key, const std::string& expected);
 
  private:
   friend class TomlFile;

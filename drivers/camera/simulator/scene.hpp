@@ -96,7 +96,7 @@ struct Scene {
                                                 double roll_rad);
 
 // kUsage with file and line for everything that is wrong in the file.
-[[nodiscard]] Outcome<Scene> read_scene(const std::filesystem::path& file);
+[[nodiscard]] Outcome<Scene> read_scene(const std::filesystem::path& path);
 [[nodiscard]] Outcome<Scene> parse_scene(std::string_view text, const std::string& name);
 // The built-in scene, and the commented file that it is made from.
 [[nodiscard]] const Scene& default_scene();
