@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs what is missing, builds, runs every test that needs no hardware: built by GCC, with board/demo.sh; then by Clang with
-# address and undefined-behaviour sanitizers (the slow tests not again); fuzzers of what comes from outside, 20 s each; then the
-# node's threads under the thread sanitizer.
+# Installs what is missing, builds, runs every test that needs no hardware: built by GCC, with board/demo.sh and clang-tidy; then by
+# Clang with address and undefined-behaviour sanitizers (the slow tests not again); fuzzers of what comes from outside, 20 s each;
+# then the node's threads under the thread sanitizer.
 # --quick: GCC only, without the slow tests. --boards: then also for boards, all emulated: unit tests for arm64, their
 # results against this machine's bit for bit, srd-node on a board with cameras and GPIO lines, packages installed, upgraded
 # and removed, and what a computer with nothing but Debian 12 on it has after the lists of packages are installed.
@@ -81,6 +81,7 @@ demo_measures() {
 for stage in "${stages[@]}"; do
   run_stage "$stage"
   [ "$stage" != "${stages[0]}" ] || run_job "demo" demo_measures
+  [ "$stage" != host ] || run_job "clang-tidy" tests/structure/tidy.py
   [ "$stage" != asan-ubsan ] || run_job "fuzzers" tests/fuzz/run.sh
 done
 if $boards; then
