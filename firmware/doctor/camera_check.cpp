@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -6,6 +7,8 @@
 #include "firmware/config/strobe_factory.hpp"
 #include "firmware/doctor/doctor.hpp"
 #include "firmware/doctor/lit_frames.hpp"
+#include "firmware/doctor/pulse_check.hpp"
+#include "firmware/doctor/sharpening_check.hpp"
 
 namespace srd::firmware {
 
@@ -28,7 +31,9 @@ struct Seen {
   std::uint64_t frames = 0, bad = 0, gaps = 0, away = 0;
   std::int64_t first_ns = 0, last_ns = 0;
   std::uint64_t first_sequence = 0, next_sequence = 0;
+  std::uint32_t exposure_us = 0;  // the shortest that a frame reported; 0: none did
   double grey = 0, saturated = 0, pixels = 0;
+  double dark_grey = 0, dark_pixels = 0;  // of frames that are dark on purpose
 
   void add(const CameraFrame& frame) {
     if (frames == 0) {
@@ -38,6 +43,7 @@ struct Seen {
       gaps += frame.sequence - next_sequence;
     }
     next_sequence = frame.sequence + 1;
+    if (frame.exposure_us > 0) exposure_us = exposure_us == 0 ? frame.exposure_us : std::min(exposure_us, frame.exposure_us);
     last_ns = frame.time_ns;
     ++frames;
   }
@@ -49,6 +55,19 @@ struct Seen {
         saturated += level == 255 ? 1 : 0;
         pixels += 1;
       }
+  }
+  void look_at_dark(const GrayView& image) {
+    for (int v = 0; v < image.height; v += kStep)
+      for (int u = 0; u < image.width; u += kStep) {
+        dark_grey += image.row(v)[u];
+        dark_pixels += 1;
+      }
+  }
+  [[nodiscard]] StrobedLevels levels() const {
+    StrobedLevels levels;
+    if (pixels > 0) levels.lit = grey / pixels;
+    if (dark_pixels > 0) levels.dark = dark_grey / dark_pixels;
+    return levels;
   }
   // Of the frames' own times; 0: not known.
   [[nodiscard]] double rate_hz() const {
@@ -67,6 +86,7 @@ Seen watch(LitFrames& frames, std::chrono::milliseconds time, const DoctorOption
       case Capture::kFrame:
         seen.add(frame);
         if (frames.lit(frame)) seen.look_at(frame.image);
+        if (frame.strobe == StrobePhase::kDark) seen.look_at_dark(frame.image);
         frames.give_back(frame);
         break;
       case Capture::kBadFrame: ++seen.bad; break;
@@ -119,7 +139,10 @@ void judge_light(const Seen& seen, const LitFrames& frames, Diagnosis& diagnosis
   const double mean = seen.grey / seen.pixels, saturated = seen.saturated / seen.pixels;
   const std::string found = formatted("mean grey level %.0f, %.1f %% saturated", mean, 100 * saturated);
   if (mean < kDark)
-    diagnosis.warn("light", found + ": too dark", "a longer exposure (camera.exposure_us), more gain or light; the lens cap");
+    diagnosis.warn(
+        "light", found + ": too dark",
+        "a longer exposure (camera.exposure_us), more gain or light; the lens cap; pulses of the strobe that lie outside of "
+        "the exposure (strobe.pattern with a D tells)");
   else if (mean > kBright || saturated > kMaxSaturated)
     diagnosis.warn("light", found + ": too bright", "a shorter exposure (camera.exposure_us), less gain, no reflections");
   else
@@ -139,7 +162,8 @@ const char* advice_for(dsp::TrackStatus status) {
   }
 }
 
-void find_pattern(Instrument& instrument, LitFrames& frames, const DoctorOptions& options, Diagnosis& diagnosis) {
+void find_pattern(const NodeConfig& config, Instrument& instrument, LitFrames& frames, const DoctorOptions& options,
+                  Diagnosis& diagnosis) {
   Camera& camera = *instrument.camera;
   // A recording may be over, and begins anew. A live camera goes on, so that the strobe stays in step with it.
   if (!camera.live()) {
@@ -161,7 +185,11 @@ void find_pattern(Instrument& instrument, LitFrames& frames, const DoctorOptions
       frames.give_back(frame);
       continue;
     }
-    ++searched;
+    if (searched++ == 0) {
+      const dsp::Pattern& pattern = instrument.tracker->pattern();
+      check_sharpening(frame.image, config.tracker.detector, {pattern.rows(), pattern.columns()}, config.camera->kind,
+                       diagnosis);
+    }
     const dsp::FrameResult<float>& result = instrument.tracker->process(std::span(&frame.image, 1), frame.time_ns);
     frames.give_back(frame);
     status = result.status;
@@ -209,7 +237,16 @@ void check_camera(const NodeConfig& config, Instrument& instrument, const OpenLi
       judge_frames(seen, camera.live(), config.frame_rate_hz, diagnosis);
       judge_stamps(camera.faults(), diagnosis);
       judge_light(seen, frames, diagnosis);
-      if (fits && seen.frames > 0) find_pattern(instrument, frames, options, diagnosis);
+      if (fits && seen.frames > 0) find_pattern(config, instrument, frames, options, diagnosis);
+    }
+    if (!options.stopping() && seen.frames > 0 && config.strobe.mode != StrobeMode::kOff && !config.strobe.line.empty() &&
+        camera.live()) {
+      FrameTiming timing = camera.timing();
+      if (seen.exposure_us > 0) timing.exposure_ns = std::int64_t{1000} * seen.exposure_us;
+      if (check_exposure(config.strobe, timing, diagnosis) && running != nullptr) {
+        running->stop();
+        check_pulses(config.strobe, running->report(), seen.levels(), diagnosis);
+      }
     }
   }
   camera.stop();

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "firmware/doctor/doctor.hpp"
+#include "firmware/doctor/pulse_check.hpp"
 #include "tests/fakes/live_camera.hpp"
 
 namespace srd::firmware {
@@ -62,19 +63,27 @@ class SwitchedLine final : public OutputLine {
   Switch& line_;
 };
 
+// Where the camera's exposure lies, as it says and as it is, ns from its start.
+struct Exposure {
+  std::int64_t told_ns = kExposure;
+  std::int64_t begin_ns = 0, end_ns = kExposure;
+};
+
 // A live camera: what it sees where the lamp shone in its exposure, else black. It runs by itself, or by its trigger.
 class DarkFlume final : public fakes::LiveCamera {
  public:
   struct Lines {
     Switch lamp, trigger;
   };
-  DarkFlume(int width, int height, std::vector<std::uint8_t> lit, Lines& lines, bool triggered, ClockId clock)
+  DarkFlume(int width, int height, std::vector<std::uint8_t> lit, Lines& lines, bool triggered, ClockId clock,
+            const Exposure& exposure)
       : LiveCamera(width, height),
         lit_(std::move(lit)),
         dark_(lit_.size(), 2),
         lines_(lines),
         triggered_(triggered),
-        stamps_(clock) {}
+        stamps_(clock),
+        exposure_(exposure) {}
   Outcome<void> start() override {
     next_ns_ = clock_.now_ns();
     sequence_ = 0;
@@ -94,15 +103,16 @@ class DarkFlume final : public fakes::LiveCamera {
     }
     clock_.sleep_until(begin + kExposure + kReadout);
     frame = {};
-    frame.image = {(lines_.lamp.rose(begin, begin + kExposure) ? lit_ : dark_).data(), width(), height(), width()};
+    frame.image = {(lines_.lamp.rose(begin + exposure_.begin_ns, begin + exposure_.end_ns) ? lit_ : dark_).data(), width(),
+                   height(), width()};
     frame.sequence = sequence_++;
-    frame.time_ns = begin + kExposure / 2;
+    frame.time_ns = begin + exposure_.told_ns / 2;
     frame.clock = stamps_;
     return Capture::kFrame;
   }
   FrameTiming timing() const override {
     FrameTiming timing;
-    timing.exposure_ns = kExposure;
+    timing.exposure_ns = exposure_.told_ns;
     return timing;
   }
 
@@ -112,6 +122,7 @@ class DarkFlume final : public fakes::LiveCamera {
   Lines& lines_;
   bool triggered_;
   ClockId stamps_;
+  Exposure exposure_;
   std::int64_t next_ns_ = 0;
   std::uint64_t sequence_ = 0;
 };
@@ -134,7 +145,7 @@ class DoctorLight : public ::testing::Test {
     ASSERT_TRUE(instrument.ok()) << instrument.error().text();
     const bool triggered = mode == StrobeMode::kTrigger;
     instrument->camera = std::make_unique<DarkFlume>(instrument->width, instrument->height, picture(*instrument->camera),
-                                                     lines_, triggered, clock);
+                                                     lines_, triggered, clock, exposure_);
     const auto light = [&](const Camera& camera) -> Outcome<std::unique_ptr<Strobe>> {
       return std::make_unique<Strobe>(
           section, strobe_timing(section, camera.timing(), kRate), Region{}, std::make_unique<SwitchedLine>(lines_.lamp),
@@ -181,6 +192,7 @@ class DoctorLight : public ::testing::Test {
   }
 
   DarkFlume::Lines lines_;
+  Exposure exposure_;
   std::chrono::milliseconds camera_time_{5000};  // it is used up only when nothing is found
   std::atomic<bool> stop_{false};
   Diagnosis diagnosis_;
@@ -190,6 +202,74 @@ class DoctorLight : public ::testing::Test {
 TEST_F(DoctorLight, SeesThePatternByTheStrobeThatFollowsTheCamera) {
   examine(StrobeMode::kFollow, "LD");
   expect_light_and_pattern();
+  EXPECT_EQ(about("pulses").found.find("they lie outside"), std::string::npos) << about("pulses").text();
+}
+
+// 4 ms for pulses of 0.5 ms that may be 5 ms late; then 0.4 ms, which no pulse fits into.
+TEST_F(DoctorLight, SaysThatTheExposureIsTooShortForThePulses) {
+  camera_time_ = std::chrono::milliseconds(500);
+  for (const auto& [told_ns, words] : {std::pair{4'000'000, "4000 us: too short for"}, {400'000, "400 us: shorter than"}}) {
+    diagnosis_ = Diagnosis();
+    exposure_.told_ns = told_ns;
+    examine(StrobeMode::kFollow, "L");
+    const Finding& finding = about("exposure");
+    EXPECT_EQ(finding.verdict, Verdict::kFail) << finding.text();
+    EXPECT_NE(finding.found.find(words), std::string::npos) << finding.text();
+    EXPECT_NE(finding.found.find("= 5500 us"), std::string::npos) << finding.text();
+    EXPECT_NE(finding.advice.find("camera.exposure_us of at least 5500"), std::string::npos) << finding.text();
+    EXPECT_EQ(diagnosis_.exit(), Exit::kDevice);
+  }
+}
+
+// A camera whose stamps mark something else than is believed: it exposes where the pulses never are.
+TEST_F(DoctorLight, SaysThatThePulsesLieOutsideOfTheExposure) {
+  camera_time_ = std::chrono::milliseconds(1500);
+  exposure_.begin_ns = kExposure;
+  exposure_.end_ns = kExposure + kReadout;
+  examine(StrobeMode::kFollow, "LD");
+  const Finding& finding = about("pulses");
+  EXPECT_EQ(finding.verdict, Verdict::kWarn) << finding.text();
+  EXPECT_NE(finding.found.find("outside of the exposure"), std::string::npos) << finding.text();
+  EXPECT_NE(finding.advice.find("camera.stamp"), std::string::npos) << finding.text();
+}
+
+// All rows of a rolling shutter integrate together for the exposure less the readout.
+TEST(PulseCheck, TakesTheReadoutOfARollingShutterFromTheExposure) {
+  StrobeSection section;
+  section.pulse_us = 500;
+  section.jitter_us = 200;
+  FrameTiming timing;
+  timing.exposure_ns = 1'000'000;
+  timing.readout_ns = 400'000;
+  Diagnosis global, rolling, unknown;
+  EXPECT_TRUE(check_exposure(section, timing, global));
+  EXPECT_TRUE(global.findings().empty());
+  timing.shutter = Shutter::kRolling;
+  EXPECT_FALSE(check_exposure(section, timing, rolling));
+  EXPECT_NE(rolling.findings().front().found.find("together for 600 us"), std::string::npos);
+  EXPECT_NE(rolling.findings().front().advice.find("at least 1100"), std::string::npos);
+  timing.exposure_ns = 0;
+  EXPECT_FALSE(check_exposure(section, timing, unknown));
+  EXPECT_EQ(unknown.findings().front().verdict, Verdict::kWarn);
+}
+
+TEST(PulseCheck, TellsWhatTheRunOfTheStrobeShows) {
+  StrobeSection section;
+  section.pattern = *StrobePattern::parse("LD");
+  StrobeReport report;
+  report.pulses = 100;
+  const auto finding = [&](const StrobedLevels& levels) {
+    Diagnosis diagnosis;
+    check_pulses(section, report, levels, diagnosis);
+    return diagnosis.findings().front();
+  };
+  EXPECT_EQ(finding({90, 12}).verdict, Verdict::kOk);
+  EXPECT_EQ(finding({14, 12}).verdict, Verdict::kWarn);
+  EXPECT_EQ(finding({14, {}}).verdict, Verdict::kOk) << "no dark frames to compare";
+  report.spilled = 7;
+  EXPECT_NE(finding({90, 12}).found.find("7 of 100 pulses ended after the exposure"), std::string::npos);
+  report.shift = 1;
+  EXPECT_NE(finding({90, 12}).found.find("1 exposures later"), std::string::npos);
 }
 
 TEST_F(DoctorLight, SeesThePatternOfACameraThatWaitsForTriggers) {
