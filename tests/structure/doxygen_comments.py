@@ -23,7 +23,7 @@ def escaped(text):
     parts = text.split("`")
     if len(parts) % 2 == 0:
         parts = [text.replace("`", "\\`")]
-    parts[::2] = [re.sub(r"([\\@<>&#%*_~|])", r"\\\1", part) for part in parts[::2]]
+    parts[::2] = [re.sub(r"([\\@<>&#%*_~|]|::)", r"\\\1", part) for part in parts[::2]]
     return re.sub(r"^( *)([-+]|\d+\.)(?= )", r"\1\\\2", "`".join(parts))
 
 
