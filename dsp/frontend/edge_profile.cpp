@@ -117,8 +117,8 @@ Tables make_all() {
   Tables tables{};
   for (int shape = 0; shape < EdgeProfile::kShapes; ++shape) {
     EdgeProfile::Table& table = tables[static_cast<std::size_t>(shape)];
-    const double part = shape % EdgeProfile::kParts / double{EdgeProfile::kParts - 1};
-    const double ratio = shape / EdgeProfile::kParts / double{EdgeProfile::kRatios - 1};
+    const int sixteenths = shape % EdgeProfile::kParts, thirds = shape / EdgeProfile::kParts;
+    const double part = sixteenths / double{EdgeProfile::kParts - 1}, ratio = thirds / double{EdgeProfile::kRatios - 1};
     if (part == 0) {
       table = make_normal();
       continue;

@@ -52,7 +52,7 @@ struct StrobedCamera {
 
 // Complaints go to the table, with file and line: values out of range, and light that does not fit the camera's exposure,
 // the camera's period or the LEDs' limits.
-[[nodiscard]] StrobeSection read_strobe(TomlTable strobe, const StrobedCamera& camera);
+[[nodiscard]] StrobeSection read_strobe(TomlTable table, const StrobedCamera& camera);
 
 // Relative to a frame's time (CameraFrame::time_ns).
 [[nodiscard]] StrobeTiming strobe_timing(const StrobeSection& section, const FrameTiming& frame, double frame_rate_hz);

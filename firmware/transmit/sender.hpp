@@ -93,9 +93,9 @@ class Sender {
   void mark_missing(std::uint64_t begin, std::uint64_t end, std::int64_t now);
   // The list of frames sent and not answered: first the overdue ones, oldest first, then those in flight in the order of
   // sending.
-  void link_overdue(std::uint32_t slot);
-  void link_before(std::uint32_t slot, std::uint32_t successor);
-  void unlink(std::uint32_t slot);
+  void link_overdue(std::uint32_t index);
+  void link_before(std::uint32_t index, std::uint32_t successor);
+  void unlink(std::uint32_t index);
 
   proto::BootId from_;
   SenderTiming timing_;
