@@ -10,7 +10,7 @@ namespace {
 constexpr int kMinDistance = 3;  // px: finer squares than that have no corners to measure
 // Of the least distance: corners nearer to each other than this may be those of smaller squares that found room.
 constexpr float kCrowded = 1.5f;
-constexpr float kMax = 0.9f;  // of the corners: so many on grids, and no square has been missed
+constexpr float kLabelledWell = 0.9f;  // of the corners: so many on grids, and no square has been missed
 
 }  // namespace
 
@@ -41,7 +41,7 @@ Result<CornerGrid> BoardFinder::search(const GrayView& image, const DetectorOpti
   Result<CornerGrid> best = look(now);
   int most = labelled();
   while ((now.min_distance + 1) / 2 >= kMinDistance && now.min_distance > kMinDistance) {
-    const bool labelled_well = static_cast<float>(most) >= kMax * static_cast<float>(corners_.size());
+    const bool labelled_well = static_cast<float>(most) >= kLabelledWell * static_cast<float>(corners_.size());
     if (labelled_well || labeller_.usual_gap() >= kCrowded * static_cast<float>(now.min_distance)) break;
     const DetectorOptions before = now;
     now.min_distance = (now.min_distance + 1) / 2;

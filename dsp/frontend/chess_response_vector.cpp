@@ -149,8 +149,8 @@ HWY_INLINE void with_constants(const ResponseOptions& options, F&& f) {
 }
 
 void ResponseRow(const GrayView& image, int v, int u0, int u1, const ResponseOptions& options, std::int16_t* out) {
-  constexpr int kMin = 16;  // the narrowest vector
-  if (u1 - u0 < kMin) return scalar::response_row(image, v, u0, u1, options, out);
+  constexpr int kNarrowest = 16;  // the narrowest vector
+  if (u1 - u0 < kNarrowest) return scalar::response_row(image, v, u0, u1, options, out);
   with_constants(options,
                  [&](auto radius, auto mean) { row<radius(), mean()>(image.row(v) + u0, image.stride_bytes, u1 - u0, out); });
 }

@@ -125,7 +125,7 @@ struct Step {
 };
 
 // Where edges lie along pixels, one column of pixels sees them, and shows a blur and a move alike: Levenberg's damping of the
-// blur alone keeps the step determined, and where they can be told apart it is some 1/50 of what the window knows. A fit that
+// blur alone keeps the step determined, and where they can be told apart it is some 1/200 of what the window knows. A fit that
 // steps to and fro is tried with the blur that it has.
 std::int64_t blur_damping(int halvings) {
   constexpr std::int64_t kDamping = std::int64_t{1} << 16;

@@ -120,7 +120,7 @@ Tables make_all() {
     const int sixteenths = shape % EdgeProfile::kParts, thirds = shape / EdgeProfile::kParts;
     const double part = sixteenths / double{EdgeProfile::kParts - 1}, ratio = thirds / double{EdgeProfile::kRatios - 1};
     if (part == 0) {
-      table = make_normal();
+      table = EdgeProfile::table(0);
       continue;
     }
     // Two boxes w and r w have the variance (1 + r^2) w^2 / 12.
