@@ -16,14 +16,14 @@ namespace srd::host {
 namespace {
 
 constexpr double kDefaultDepth = 100;  // mm
-constexpr double kDefaultIndex = 1.333;
 
 struct PoseOptions {
   std::vector<std::filesystem::path> references;
   std::filesystem::path calibration, out;
   PatternOptions pattern;
-  std::optional<double> level, level_deviation, index;
-  std::vector<std::string> plates, modes = {"A00", "B", "C"};
+  std::optional<double> level, level_deviation;
+  MediaOptions media;
+  std::vector<std::string> modes = {"A00", "B", "C"};
   std::vector<double> depths;
   std::optional<double> lx, ly;
   std::vector<std::filesystem::path> views;
@@ -56,10 +56,9 @@ Outcome<void> run_pose(const PoseOptions& options) {
   request.references = options.references;
   request.calibration = options.calibration;
   if (auto taken = take_pattern_options(options.pattern, request); !taken) return taken;
-  const auto plates = parse_plates(options.plates, "--plate");
-  if (!plates) return plates.error();
-  request.water.media.water = options.index.value_or(kDefaultIndex);
-  set_plates(request.water.media, *plates);
+  const auto media = media_of(options.media);
+  if (!media) return media.error();
+  request.water.media = *media;
   request.water.level_mm = options.level;
   request.water.level_deviation_mm = options.level_deviation.value_or(0);
   if (options.level_deviation && !options.level)
@@ -171,6 +170,25 @@ Outcome<void> take_pattern_options(const PatternOptions& values, PoseRequest& re
   return {};
 }
 
+void add_media_options(CLI::App& command, MediaOptions& values) {
+  command.add_option("--refractive-index", values.index, "Of the water, against air 1 (default 1.333)")
+      ->check(within(1, 2, ""));
+  command
+      .add_option("--plate", values.plates,
+                  "THICKNESS,INDEX of a transparent plate on the pattern, mm; again for each further one, from the top down")
+      ->expected(1)
+      ->take_all();
+}
+
+Outcome<dsp::Media<double>> media_of(const MediaOptions& values) {
+  const auto plates = parse_plates(values.plates, "--plate");
+  if (!plates) return plates.error();
+  dsp::Media<double> media;
+  media.water = values.index.value_or(media.water);
+  set_plates(media, *plates);
+  return media;
+}
+
 void add_pose_command(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<PoseOptions>();
   CLI::App* command = app.add_subcommand("pose", "Find where a camera is, from images of the pattern, with its errors");
@@ -188,13 +206,7 @@ void add_pose_command(CLI::App& app, int& exit_code) {
       ->check(CLI::NonNegativeNumber)
       ->check(within(-1, 1e3, "mm"))
       ->group(wet);
-  command->add_option("--refractive-index", options->index, "Of the water, against air 1 (default 1.333)")
-      ->check(within(1, 2, ""));
-  command
-      ->add_option("--plate", options->plates,
-                   "THICKNESS,INDEX of a transparent plate on the pattern, mm; again for each further one, from the top down")
-      ->expected(1)
-      ->take_all();
+  add_media_options(*command, options->media);
   const char* print = "The pattern's own points";
   command
       ->add_option("--view", options->views,

@@ -2,6 +2,11 @@
 // srd pose: where a camera is, from images of the pattern.
 #pragma once
 
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dsp/optics/media.hpp"
 #include "host/pose/measured_pose.hpp"
 
 namespace CLI {
@@ -23,5 +28,14 @@ struct PatternOptions {
 void add_pattern_options(CLI::App& command, PatternOptions& values);
 // kUsage for what cannot be meant.
 [[nodiscard]] Outcome<void> take_pattern_options(const PatternOptions& values, PoseRequest& request);
+
+// Options by which both name the water and the floor plates. values: lives as long as the command.
+struct MediaOptions {
+  std::optional<double> index;
+  std::vector<std::string> plates;
+};
+void add_media_options(CLI::App& command, MediaOptions& values);
+// kUsage for a plate that is none.
+[[nodiscard]] Outcome<dsp::Media<double>> media_of(const MediaOptions& values);
 
 }  // namespace srd::host

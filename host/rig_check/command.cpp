@@ -5,7 +5,6 @@
 #include <iostream>
 #include <memory>
 
-#include "drivers/recording/recorded_optics.hpp"
 #include "drivers/support/text_file.hpp"
 #include "host/pose/command.hpp"
 #include "host/rig_check/rig_check.hpp"
@@ -23,8 +22,7 @@ struct RigOptions {
   std::filesystem::path reference, later, calibration, report;
   PatternOptions pattern;
   LevelOptions before, after;
-  std::optional<double> index;
-  std::vector<std::string> plates;
+  MediaOptions media;
   double false_alarm = 1e-6, least_px = 0.02;
   bool force = false;
 };
@@ -54,12 +52,9 @@ Outcome<bool> run_rig_check(const RigOptions& options) {
   request.false_alarm = options.false_alarm;
   request.least_px = options.least_px;
   if (auto taken = take_pattern_options(options.pattern, request.reference); !taken) return taken.error();
-  const auto plates = parse_plates(options.plates, "--plate");
-  if (!plates) return plates.error();
-  dsp::Media<double> media;
-  media.water = options.index.value_or(media.water);
-  set_plates(media, *plates);
-  request.reference.water.media = request.later_water.media = media;
+  const auto media = media_of(options.media);
+  if (!media) return media.error();
+  request.reference.water.media = request.later_water.media = *media;
   if (auto taken = take_level(options.before, "reference", request.reference.water); !taken) return taken.error();
   if (auto taken = take_level(options.after, "later", request.later_water); !taken) return taken.error();
   std::error_code error;
@@ -99,13 +94,7 @@ void add_rig_check_command(CLI::App& app, int& exit_code) {
   };
   level("reference", options->before);
   level("later", options->after);
-  command->add_option("--refractive-index", options->index, "Of the water, against air 1 (default 1.333)")
-      ->check(within(1, 2, ""));
-  command
-      ->add_option("--plate", options->plates,
-                   "THICKNESS,INDEX of a transparent plate on the pattern, mm; again for each further one, from the top down")
-      ->expected(1)
-      ->take_all();
+  add_media_options(*command, options->media);
   command->add_option("--false-alarm", options->false_alarm, "How often an unmoved rig may be told as moved")
       ->capture_default_str()
       ->check(within(0, 0.5, ""));

@@ -15,11 +15,13 @@
 #include "tests/fakes/scratch_folder.hpp"
 #include "tests/fakes/synthetic_scene.hpp"
 #include "tests/fakes/test_data.hpp"
+#include "tests/host/scene_picture.hpp"
 
 namespace srd::host {
 namespace {
 
 namespace fs = std::filesystem;
+using fakes::picture_of;
 
 // The flume at half its size, whose board has an even number of columns: its two ends differ in colour.
 srd::Scene half_flume() {
@@ -32,19 +34,6 @@ srd::Scene half_flume() {
   scene.calibration.image_width = 640;
   scene.calibration.image_height = 320;
   return scene;
-}
-
-GrayImage picture_of(const srd::Scene& scene, bool dry = true) {
-  auto renderer = Renderer::make(scene).value();
-  GrayImage image{std::vector<std::uint8_t>(static_cast<std::size_t>(scene.width() * scene.height())), scene.width(),
-                  scene.height()};
-  const GrayBuffer buffer{image.pixels.data(), image.width, image.height, image.width};
-  if (dry) {
-    renderer.render_reference(buffer);
-  } else {
-    renderer.render(0, buffer);
-  }
-  return image;
 }
 
 class PoseOfRendered : public testing::Test {

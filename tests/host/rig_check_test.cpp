@@ -2,10 +2,11 @@
 // srd rig-check: small moves are told, and none where nothing has moved.
 #include <gtest/gtest.h>
 
-#include "drivers/camera/simulator/renderer.hpp"
+#include "drivers/camera/simulator/scene.hpp"
 #include "host/rig_check/rig_check.hpp"
 #include "tests/fakes/scratch_folder.hpp"
 #include "tests/fakes/synthetic_scene.hpp"
+#include "tests/host/scene_picture.hpp"
 
 namespace srd::host {
 namespace {
@@ -23,16 +24,7 @@ class RigOfFlume : public testing::Test {
     scene.pose = pose;
     scene.seed = seed;
     scene.noise = noise;
-    auto renderer = Renderer::make(scene).value();
-    GrayImage image{std::vector<std::uint8_t>(static_cast<std::size_t>(scene.width() * scene.height())), scene.width(),
-                    scene.height()};
-    const GrayBuffer buffer{image.pixels.data(), image.width, image.height, image.width};
-    if (dry) {
-      renderer.render_reference(buffer);
-    } else {
-      renderer.render(0, buffer);
-    }
-    (void)write_gray_image(folder_.path() / name, image.view(), 1);
+    (void)write_gray_image(folder_.path() / name, fakes::picture_of(scene, dry).view(), 1);
   }
   [[nodiscard]] RigRequest request() const {
     RigRequest request;
