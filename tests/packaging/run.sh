@@ -106,25 +106,38 @@ try() { # architecture
   return $code
 }
 
+# The systems are emulated side by side: each is one process most of the time.
+running=()
+begun=$SECONDS
+mkdir -p "$roots"
+for architecture in "${architectures[@]}"; do
+  {
+    trap forget_interpreter EXIT
+    if know_interpreter "$architecture"; then
+      try "$architecture"
+    else
+      fail "the kernel does not run programs for $architecture:" \
+        "install qemu-user-static; in a container, binfmt_misc is its host's to set up"
+    fi
+    code=$?
+    echo "$((SECONDS - begun))" >"$roots/$architecture-$release.seconds"
+    exit "$code"
+  } >"$roots/$architecture-$release.log" 2>&1 </dev/null &
+  running+=("$!")
+done
+
 table=()
 code=0
-for architecture in "${architectures[@]}"; do
-  echo "== $architecture, Debian $release"
-  started=$SECONDS
+for i in "${!architectures[@]}"; do
+  architecture=${architectures[i]}
   log=$roots/$architecture-$release.log
-  mkdir -p "$roots"
-  if know_interpreter "$architecture"; then
-    try "$architecture" 2>&1 | tee "$log"
-    [ "${PIPESTATUS[0]}" -eq 0 ] || code=1
-  else
-    echo "FAIL  the kernel does not run programs for $architecture:" \
-      "install qemu-user-static; in a container, binfmt_misc is its host's to set up" | tee "$log"
-    code=1
-  fi
+  wait "${running[i]}" || code=1
+  echo "== $architecture, Debian $release"
+  cat "$log"
   passed=$(grep -c '^ok ' "$log")
   failures=$(grep -c '^FAIL ' "$log")
   if [ "$failures" -gt 0 ] || [ "$passed" -eq 0 ]; then code=1; fi
-  table+=("$(printf '%-12s  %-10s  %6d  %6d  %5d s' "$architecture" "Debian $release" "$passed" "$failures" $((SECONDS - started)))")
+  table+=("$(printf '%-12s  %-10s  %6d  %6d  %5d s' "$architecture" "Debian $release" "$passed" "$failures" "$(cat "${log%.log}.seconds")")")
 done
 echo
 echo "architecture  system      passed  failed     time"
