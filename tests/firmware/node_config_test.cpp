@@ -34,10 +34,10 @@ TEST(NodeConfig, TakesALoss) {
 
 TEST(NodeConfig, AStoppingRuleLeavesTheOthersAsTheyAre) {
   using Rules = std::tuple<double, double, double, int>;
-  for (const auto& [text, rules] : {std::pair<const char*, Rules>{"", {1e-9, 1e-6, 1e-9, 50}},
-                                    {"max_iterations = 3\n", {1e-9, 1e-6, 1e-9, 3}},
-                                    {"epsg = 1e-4\n", {1e-4, 1e-6, 1e-9, 50}},
-                                    {"epsx = 1e-4\n", {1e-9, 1e-6, 1e-4, 50}},
+  for (const auto& [text, rules] : {std::pair<const char*, Rules>{"", {1e-9, 1e-3, 1e-9, 50}},
+                                    {"max_iterations = 3\n", {1e-9, 1e-3, 1e-9, 3}},
+                                    {"epsg = 1e-4\n", {1e-4, 1e-3, 1e-9, 50}},
+                                    {"epsx = 1e-4\n", {1e-9, 1e-3, 1e-4, 50}},
                                     {"epsf = 0\n", {1e-9, 0, 1e-9, 50}}}) {
     const auto config = NodeConfig::parse(std::string(kMinimal) + "[estimator]\n" + text, "node.toml");
     ASSERT_TRUE(config.ok()) << config.error().text();

@@ -21,8 +21,8 @@ struct GaussNewtonSummary {
 };
 
 // Problem: bool evaluate(const Coefficients<double>& a, NormalEquations& sums); false where the residuals do not exist.
-// a: start and result; sums: at the result, unless failed. A trial point that is outside the domain, not finite, or
-// dearer than the rounding of the cost explains, is refused and the damping grows.
+// a: start and result; sums: at the result, or a last short step before it (kStep, kCost), unless failed. A trial point that
+// is outside the domain, not finite, or dearer than the rounding of the cost explains, is refused and the damping grows.
 template <class Problem>
 class DampedGaussNewton {
  public:
@@ -61,9 +61,18 @@ class DampedGaussNewton {
       }
       if (damping <= kUndamped) {
         out.stop = Stop::kStep;
-        if (options_.epsx > 0 && scaled_size() <= options_.epsx) break;
-        out.stop = Stop::kCost;
-        if (options_.epsf > 0 && promised <= options_.epsf * sums.cost + sums.gradient_noise) break;
+        bool last = options_.epsx > 0 && scaled_size() <= options_.epsx;
+        if (!last) {
+          out.stop = Stop::kCost;
+          last = options_.epsf > 0 && promised <= options_.epsf * sums.cost + sums.gradient_noise;
+        }
+        if (last) {
+          // So short a step is as the linear model says: it is taken, and not evaluated.
+          a += step_;
+          clamp(a);
+          sums.cost -= std::clamp(promised, 0.0, sums.cost);
+          break;
+        }
       }
       trial_ = a + step_;
       clamp(trial_);
