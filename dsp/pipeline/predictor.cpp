@@ -5,6 +5,11 @@
 
 namespace srd::dsp {
 
+namespace {
+// Of a foot, mm: some hundredths of a pixel, where corners are looked for within several.
+constexpr double kPredictedWithin = 1e-2;
+}  // namespace
+
 template <class S>
 Predictor<S>::Predictor(const View<S>& view, const SurfaceModel<S>& model, const Media<S>& media,
                         std::span<const Vec3<S>> points)
@@ -12,7 +17,7 @@ Predictor<S>::Predictor(const View<S>& view, const SurfaceModel<S>& model, const
       media_(media),
       model_(model),
       wide_view_(view.template cast<T>()),
-      optics_(Optics<T>::make(model, media)),
+      optics_(Optics<T>::make(model, media, kPredictedWithin)),
       points_(points.begin(), points.end()),
       predictions_(points.size()),
       valid_(points.size(), 0),
@@ -74,6 +79,52 @@ char Predictor<S>::alone(const Coefficients<S>& a, std::size_t i) {
   if (!p) return 0;
   predictions_[i] = *p;
   return 1;
+}
+
+template <class S>
+void Predictor<S>::undistort(std::vector<Observation<S>>& corners) const {
+  std::size_t kept = 0;
+  for (std::size_t first = 0; first < corners.size(); first += T::kSize) {
+    const std::size_t n = std::min<std::size_t>(T::kSize, corners.size() - first);
+    const bool all = undistort_together(std::span(corners).subspan(first, n));
+    for (std::size_t i = first; i < first + n; ++i) {
+      if (!all) {
+        const Result<Vec2<S>> one = view_.camera.undistort(corners[i].pixel);
+        if (!one) continue;
+        corners[i].normalised = *one;
+      }
+      if (kept != i) corners[kept] = corners[i];
+      ++kept;
+    }
+  }
+  corners.resize(kept);
+}
+
+template <class S>
+bool Predictor<S>::undistort_together(std::span<Observation<S>> few) const {
+  Vec2<T> pixel, xy;
+  for (int lane = 0; lane < T::kSize; ++lane) {
+    const Observation<S>& corner = few[std::min(static_cast<std::size_t>(lane), few.size() - 1)];
+    const Prediction<S>& start = predictions_[static_cast<std::size_t>(corner.point)];
+    for (int k = 0; k < 2; ++k) {
+      pixel[k].set(lane, corner.pixel[k]);
+      xy[k].set(lane, start.normalised[k]);
+    }
+  }
+  Vec2<T> step;
+  for (int turn = 0; turn < 2; ++turn) {
+    Mat2<T> pixel_xy, xy_pixel;
+    const Vec2<T> e = wide_view_.camera.pixel(xy, &pixel_xy) - pixel;
+    if (!invert(pixel_xy, xy_pixel)) return false;
+    step = xy_pixel * e;
+    xy -= step;
+  }
+  // Newton's error after a step x is about x^2 times the curvature of the map, which is below 10 where it can be inverted.
+  const T within = static_cast<S>(sizeof(S) > sizeof(float) ? 1e-5 : 1e-4);
+  if (!(step.squaredNorm() <= within * within)) return false;
+  for (std::size_t i = 0; i < few.size(); ++i)
+    for (int k = 0; k < 2; ++k) few[i].normalised[k] = xy[k][static_cast<int>(i)];
+  return true;
 }
 
 template class Predictor<float>;

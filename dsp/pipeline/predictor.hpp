@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "dsp/estimate/residual/observation.hpp"
 #include "dsp/estimate/residual/sight_line.hpp"
 #include "dsp/pipeline/prediction.hpp"
 
@@ -18,6 +19,10 @@ class Predictor {
 
   // All points through the surface a. Those that cannot be seen through it are marked.
   void predict(const Coefficients<S>& a);
+
+  // Undistorted places of corners that were found near their predictions, several at once. Those outside the calibrated
+  // field are taken out of the list.
+  void undistort(std::vector<Observation<S>>& corners) const;
 
   [[nodiscard]] bool valid(std::size_t point) const { return valid_[point] != 0; }
   [[nodiscard]] const Prediction<S>& operator[](std::size_t point) const { return predictions_[point]; }
@@ -33,6 +38,8 @@ class Predictor {
   void start(const Coefficients<S>& a, SightLine<T>& line) const;
   // Pixels beyond the range of the front end's fixed point are nowhere near an image.
   [[nodiscard]] static char take(const Sighting<T>& seen, const SightLine<T>& line, int lane, Prediction<S>& out);
+  // By Newton from the predictions. False: some corner is too far from its own for two steps.
+  [[nodiscard]] bool undistort_together(std::span<Observation<S>> few) const;
   // Where one point of a group cannot be seen, the others still may.
   [[nodiscard]] char alone(const Coefficients<S>& a, std::size_t i);
 

@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 namespace srd::dsp {
 
 namespace {
 constexpr std::int32_t kUsualBlurQ12 = CornerShape{}.blur_q12;  // until a corner tells better
-constexpr int kMaxDetections = 4000;
 constexpr int kPatience = 25;  // frames without a surface after which the last one says nothing any more
 }  // namespace
 
@@ -39,11 +39,14 @@ Result<SurfaceTracker<S>> SurfaceTracker<S>::make(std::span<const CameraSetup<S>
   const std::size_t n = static_cast<std::size_t>(pattern.size());
   for (const CameraSetup<S>& setup : cameras) {
     if (setup.width <= 0 || setup.height <= 0) return Errc::kInvalidArgument;
-    PerCamera& camera = tracker.cameras_.emplace_back(
-        PerCamera{setup, Predictor<S>(setup.view, model, media, tracker.points_), {}, track, {}, nullptr});
+    PerCamera& camera = tracker.cameras_.emplace_back(PerCamera{setup,
+                                                                Predictor<S>(setup.view, model, media, tracker.points_),
+                                                                {},
+                                                                track,
+                                                                {},
+                                                                Acquisition<S>(setup.width, setup.height, pattern.size())});
     camera.blur_q12.assign(n, kUsualBlurQ12);
     camera.observations.reserve(n);
-    camera.finder = std::make_unique<BoardFinder>(setup.width, setup.height, kMaxDetections);
   }
   tracker.errors_.reserve(n * cameras.size());
   tracker.sorted_errors_.reserve(n * cameras.size());
@@ -58,41 +61,27 @@ void SurfaceTracker<S>::reset() {
 
 template <class S>
 const FrameResult<S>& SurfaceTracker<S>::process(std::span<const GrayView> images, std::int64_t time_ns) {
-  result_.acquired = false;
-  result_.expected = 0;
-  result_.found = 0;
-  result_.estimate = Estimate<S>{};
-  result_.detection_ns = result_.estimation_ns = 0;
-  result_.observations = {};
-  bool sizes_fit = images.size() == cameras_.size();
-  for (std::size_t c = 0; sizes_fit && c < cameras_.size(); ++c)
-    sizes_fit = images[c].width == cameras_[c].setup.width && images[c].height == cameras_[c].setup.height;
-  if (!sizes_fit) {
-    result_.status = TrackStatus::kBadImage;
-    result_.state = state_;
-    return result_;
-  }
+  // Step 1: the images, as the cameras were set up.
+  if (!begin(images)) return result_;
+  const std::int64_t started = now_ns();
 
-  const std::int64_t begin = now_ns();
-  TrackStatus status = find_surface(images, time_ns);
+  // Step 2: corners round where the last surfaces predict them, and the surface through them.
+  const std::span<const Coefficients<S>> starts = history_.starts(time_ns);
+  TrackStatus status = TrackStatus::kNoPattern;
+  if (state_ == TrackState::kTracking) status = track(images, starts, history_.expected(time_ns));
 
-  if (status == TrackStatus::kOk) {
-    history_.add(time_ns, result_.estimate.coefficients);
-    missed_ = 0;
-    state_ = TrackState::kTracking;
-  } else {
-    if (state_ == TrackState::kTracking) state_ = TrackState::kLost;
-    if (++missed_ > kPatience) history_.reset();
-    if (history_.size() == 0) state_ = TrackState::kSearching;
-  }
-  // The track goes on: what a frame contradicts is its surface, not where the corners are.
-  if (status == TrackStatus::kOk) {
-    for (std::size_t c = 0; c < cameras_.size(); ++c)
-      if (is_interlaced(cameras_[c], images[c])) status = TrackStatus::kInterlaced;
-    if (is_inconsistent() && status == TrackStatus::kOk) status = TrackStatus::kInconsistent;
-  }
+  // Step 3: lost, or never had: corners anywhere in the images.
+  if (status != TrackStatus::kOk) status = search(images, starts.front());
+
+  // Step 4: what the next frame starts from. The track goes on whatever step 5 says: what a frame contradicts is its
+  // surface, not where the corners are.
+  remember(status, time_ns);
+
+  // Step 5: does the frame agree with itself and with those before?
+  if (status == TrackStatus::kOk) status = examine(images);
+
   ++processed_;
-  result_.detection_ns = now_ns() - begin - result_.estimation_ns;
+  result_.detection_ns = now_ns() - started - result_.estimation_ns;
   result_.status = status;
   result_.state = state_;
   result_.found = count_found();
@@ -100,41 +89,71 @@ const FrameResult<S>& SurfaceTracker<S>::process(std::span<const GrayView> image
   return result_;
 }
 
-// The frame's surface, if it has one: its corners round where the last surface predicts them, else wherever
-// they are.
 template <class S>
-TrackStatus SurfaceTracker<S>::find_surface(std::span<const GrayView> images, std::int64_t time_ns) {
-  const std::span<const Coefficients<S>> starts = history_.starts(time_ns);
-  TrackStatus status = TrackStatus::kNoPattern;
-  if (state_ == TrackState::kTracking) {
-    const Coefficients<S> expected = history_.expected(time_ns);
-    for (std::size_t c = 0; c < cameras_.size(); ++c) {
-      cameras_[c].predictions.predict(expected);
-      follow(cameras_[c], images[c]);
-    }
-    status = estimate(starts, true);
+bool SurfaceTracker<S>::begin(std::span<const GrayView> images) {
+  result_.status = TrackStatus::kBadImage;
+  result_.state = state_;
+  result_.acquired = false;
+  result_.expected = result_.found = 0;
+  result_.estimate = Estimate<S>{};
+  result_.detection_ns = result_.estimation_ns = 0;
+  result_.observations = {};
+  if (images.size() != cameras_.size()) return false;
+  for (std::size_t c = 0; c < cameras_.size(); ++c)
+    if (images[c].width != cameras_[c].setup.width || images[c].height != cameras_[c].setup.height) return false;
+  return true;
+}
+
+template <class S>
+TrackStatus SurfaceTracker<S>::track(std::span<const GrayView> images, std::span<const Coefficients<S>> starts,
+                                     const Coefficients<S>& expected) {
+  for (std::size_t c = 0; c < cameras_.size(); ++c) {
+    cameras_[c].predictions.predict(expected);
+    follow(cameras_[c], images[c]);
   }
-  if (status != TrackStatus::kOk) {
-    // Lost, or never had: look everywhere, near the last surface first, then near the guess.
-    const std::array<const Coefficients<S>*, 2> origins{&starts.front(), &guess_};
-    for (const Coefficients<S>* from : origins) {
-      if (from == &guess_ && history_.size() == 0) break;  // the guess has had its turn
-      TrackStatus found = TrackStatus::kOk;
-      for (std::size_t c = 0; c < cameras_.size(); ++c) {
-        cameras_[c].predictions.predict(*from);
-        const TrackStatus here = acquire(cameras_[c], images[c]);
-        if (here != TrackStatus::kOk) found = here;
-      }
-      const TrackStatus fitted = estimate(std::span<const Coefficients<S>>(from, 1), false);
-      // With several cameras, one may see the pattern while another does not.
-      status = fitted == TrackStatus::kTooFewCorners && found != TrackStatus::kOk ? found : fitted;
-      if (status == TrackStatus::kOk) {
-        result_.acquired = true;
-        break;
-      }
+  return estimate(starts, true);
+}
+
+template <class S>
+TrackStatus SurfaceTracker<S>::search(std::span<const GrayView> images, const Coefficients<S>& last) {
+  TrackStatus status = TrackStatus::kNoPattern;
+  for (const Coefficients<S>* from : {&last, &std::as_const(guess_)}) {
+    if (from == &guess_ && history_.size() == 0) break;  // the guess has had its turn
+    TrackStatus found = TrackStatus::kOk;
+    for (std::size_t c = 0; c < cameras_.size(); ++c) {
+      cameras_[c].predictions.predict(*from);
+      const TrackStatus here = acquire(cameras_[c], images[c]);
+      if (here != TrackStatus::kOk) found = here;
     }
+    const TrackStatus fitted = estimate(std::span<const Coefficients<S>>(from, 1), false);
+    // With several cameras, one may see the pattern while another does not.
+    status = fitted == TrackStatus::kTooFewCorners && found != TrackStatus::kOk ? found : fitted;
+    result_.acquired = status == TrackStatus::kOk;
+    if (result_.acquired) break;
   }
   return status;
+}
+
+template <class S>
+void SurfaceTracker<S>::remember(TrackStatus status, std::int64_t time_ns) {
+  if (status == TrackStatus::kOk) {
+    history_.add(time_ns, result_.estimate.coefficients);
+    missed_ = 0;
+    state_ = TrackState::kTracking;
+    return;
+  }
+  if (state_ == TrackState::kTracking) state_ = TrackState::kLost;
+  if (++missed_ > kPatience) history_.reset();
+  if (history_.size() == 0) state_ = TrackState::kSearching;
+}
+
+template <class S>
+TrackStatus SurfaceTracker<S>::examine(std::span<const GrayView> images) {
+  bool interlaced = false;
+  for (std::size_t c = 0; c < cameras_.size(); ++c) interlaced = is_interlaced(cameras_[c], images[c]) || interlaced;
+  const bool inconsistent = is_inconsistent();  // follows the frames, so every one is shown to it
+  if (interlaced) return TrackStatus::kInterlaced;
+  return inconsistent ? TrackStatus::kInconsistent : TrackStatus::kOk;
 }
 
 // Looks for each point round its prediction.
@@ -162,6 +181,43 @@ void SurfaceTracker<S>::follow(PerCamera& camera, const GrayView& image) {
     camera.blur_q12[i] = fit.shape.blur_q12;
     observe(camera, static_cast<int>(i), fit, p.foot);
   }
+  camera.predictions.undistort(camera.observations);
+}
+
+// Looks for the pattern anywhere.
+template <class S>
+TrackStatus SurfaceTracker<S>::acquire(PerCamera& camera, const GrayView& image) {
+  camera.observations.clear();
+  result_.expected += count_expected(camera);
+  DetectorOptions detector = options_.detector;
+  detector.region = camera.setup.region;
+  const std::optional<bool> known = polarity_known_ ? std::optional(bright_origin_) : std::nullopt;
+  const TrackStatus status =
+      camera.acquisition.find(image, detector, pattern_, camera.predictions, known, options_.min_corners);
+  camera.track.fit.sharpening = camera.acquisition.sharpening();
+  if (status != TrackStatus::kOk) return status;
+  bright_origin_ = camera.acquisition.bright_origin();
+  for (const PlacedCorner& corner : camera.acquisition.corners()) {
+    camera.blur_q12[static_cast<std::size_t>(corner.point)] = corner.fit.shape.blur_q12;
+    observe(camera, corner.point, corner.fit, Observation<S>().foot);
+  }
+  camera.predictions.undistort(camera.observations);
+  return status;
+}
+
+// Predicted inside the image and its region.
+template <class S>
+int SurfaceTracker<S>::count_expected(const PerCamera& camera) const {
+  const Region whole{0, 0, camera.setup.width, camera.setup.height};
+  const Region& r = camera.setup.region.empty() ? whole : camera.setup.region;
+  const auto within = [](S x, int low, int high) { return x >= static_cast<S>(low) && x < static_cast<S>(high); };
+  int n = 0;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    if (!camera.predictions.valid(i)) continue;
+    const Vec2<S>& q = camera.predictions[i].pixel;
+    n += within(q.x(), r.u0, r.u1) && within(q.y(), r.v0, r.v1) ? 1 : 0;
+  }
+  return n;
 }
 
 template <class S>
@@ -169,10 +225,8 @@ void SurfaceTracker<S>::observe(PerCamera& camera, int point, const CornerFit& f
   Observation<S> o;
   o.point = point;
   o.foot = foot;
+  o.normalised.setZero();  // until Predictor::undistort
   o.pixel = {fit.corner.u.template to<S>(), fit.corner.v.template to<S>()};
-  const Result<Vec2<S>> normalised = camera.setup.view.camera.undistort(o.pixel);
-  if (!normalised) return;
-  o.normalised = *normalised;
   if (options_.weigh_corners) {
     const S own = static_cast<S>(fit.corner.sigma_q12) / S(4096), floor = static_cast<S>(options_.sigma_floor_px);
     o.sigma = std::sqrt(own * own + floor * floor);

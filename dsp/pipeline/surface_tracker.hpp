@@ -5,16 +5,16 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <vector>
 
 #include "dsp/estimate/estimator/estimator.hpp"
 #include "dsp/estimate/estimator/start_history.hpp"
-#include "dsp/frontend/board_finder.hpp"
 #include "dsp/frontend/corner_tracker.hpp"
+#include "dsp/pipeline/acquisition.hpp"
 #include "dsp/pipeline/pattern.hpp"
 #include "dsp/pipeline/predictor.hpp"
+#include "dsp/pipeline/track_status.hpp"
 
 namespace srd::dsp {
 
@@ -35,19 +35,6 @@ struct SurfaceTrackerOptions {
 };
 
 enum class TrackState : std::uint8_t { kSearching, kTracking, kLost };
-
-// Why a frame has a surface, or none.
-enum class TrackStatus : std::uint8_t {
-  kOk,
-  kNoPattern,      // no grid of corners that could be ours
-  kTooFewCorners,  // or too close together: the surface is less sure than max_deviation_mm
-  kAmbiguous,      // two placements of the pattern fit alike; no surface is given
-  kPoorFit,        // rms above max_rms_px: a wrong identity, or a surface beyond the model
-  kInconsistent,   // its corners contradict each other far more than they do as a rule: see inconsistent_factor
-  kInterlaced,     // even and odd rows of the image are of two moments: no surface is of one
-  kSolverFailed,   // see estimate.stop
-  kBadImage,       // an image of another size than the first
-};
 
 template <class S>
 struct FrameResult {
@@ -102,28 +89,30 @@ class SurfaceTracker {
     std::vector<std::int32_t> blur_q12;  // of each point, as last seen
     TrackOptions track;                  // its sharpening: as the last full detection found it
     std::vector<Observation<S>> observations;
-    std::unique_ptr<BoardFinder> finder;
+    Acquisition<S> acquisition;
   };
 
   SurfaceTracker(SurfaceEstimator<S> estimator, const Pattern& pattern, const Coefficients<S>& guess);
 
+  // Whether there is an image of the right size for every camera; begins a new result.
+  [[nodiscard]] bool begin(std::span<const GrayView> images);
+  // The surface through the corners that are found round their predictions.
+  [[nodiscard]] TrackStatus track(std::span<const GrayView> images, std::span<const Coefficients<S>> starts,
+                                  const Coefficients<S>& expected);
+  // The surface through corners found anywhere, near the last surface first, then near the guess.
+  [[nodiscard]] TrackStatus search(std::span<const GrayView> images, const Coefficients<S>& last);
+  // Whether the frame contradicts itself although it has a surface.
+  [[nodiscard]] TrackStatus examine(std::span<const GrayView> images);
+  void remember(TrackStatus status, std::int64_t time_ns);
   void follow(PerCamera& camera, const GrayView& image);
   [[nodiscard]] TrackStatus acquire(PerCamera& camera, const GrayView& image);
-  [[nodiscard]] TrackStatus place(PerCamera& camera, std::span<const CornerFit> corners, const CornerGrid& grid);
-  // What one placement of the detected grid on the pattern means. Fills camera.observations.
-  struct Placement {
-    int row_from_row, row_from_column, column_from_row, column_from_column;  // grid axes to pattern axes
-    int row, column;                                                         // pattern cell of the grid's (0, 0)
-  };
-  [[nodiscard]] int assign(PerCamera& camera, std::span<const CornerFit> corners, const CornerGrid& grid,
-                           const Placement& placement, bool& bright_origin, S& displacement) const;
+  [[nodiscard]] int count_expected(const PerCamera& camera) const;
   // foot: of the point's prediction.
   void observe(PerCamera& camera, int point, const CornerFit& fit, const Vec2<S>& foot) const;
   [[nodiscard]] bool bright(int point) const { return pattern_.odd(point) != bright_origin_; }
   // timed: the estimator's deadline holds. A search of the whole image has none: it takes longer than any frame may.
   [[nodiscard]] TrackStatus estimate(std::span<const Coefficients<S>> starts, bool timed);
   [[nodiscard]] TrackStatus fit(std::span<const Coefficients<S>> starts, bool timed);
-  [[nodiscard]] TrackStatus find_surface(std::span<const GrayView> images, std::int64_t time_ns);
   [[nodiscard]] std::int64_t now_ns() const { return options_.now_ns != nullptr ? options_.now_ns() : 0; }
   [[nodiscard]] bool drop_outliers();
   [[nodiscard]] bool is_inconsistent();

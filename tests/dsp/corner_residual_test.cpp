@@ -33,9 +33,10 @@ struct Fixture {
     seen.pixel = view.camera.pixel(scene.seen(0, point)) + beside_px;
     seen.normalised = view.camera.undistort(seen.pixel).value();
     PreparedCorner<double> out;
-    EXPECT_TRUE(prepare(seen, point, WideView(view), true, out));
+    EXPECT_TRUE(prepare(seen, point, WideView(view), out));
+    EXPECT_TRUE(prepare_ray(seen, WideView(view), true, out));
     out.view = &view;
-    start_at_level(80.0, out);
+    start_at_level(80.0, true, out);
     return out;
   }
 
@@ -176,16 +177,17 @@ TEST(PreparedCorner, RefusesRaysThatDoNotLookDown) {
   Observation<double> seen;
   seen.normalised = {0, 0};
   PreparedCorner<double> out;
-  EXPECT_TRUE(prepare(seen, f.point, WideView(view), false, out));
+  EXPECT_TRUE(prepare(seen, f.point, WideView(view), out));
+  EXPECT_TRUE(prepare_ray(seen, WideView(view), false, out));
   // In front of the camera and over the horizon.
   const Vec3<double> axis = view.pose.rotation.row(2).transpose();
   const Vec3<double> upward = view.pose.rotation * Vec3<double>(axis.x(), axis.y(), 0.01);
   ASSERT_GT(upward.z(), 0);
   seen.normalised = upward.head<2>() / upward.z();
-  EXPECT_FALSE(prepare(seen, f.point, WideView(view), false, out));
+  EXPECT_FALSE(prepare_ray(seen, WideView(view), false, out));
   const Vec3<double> behind = view.pose.centre() + 100 * (view.pose.centre() - Vec3<double>(100, 200, 0)).normalized();
   seen.normalised = {0, 0};
-  EXPECT_FALSE(prepare(seen, behind, WideView(view), false, out));
+  EXPECT_FALSE(prepare(seen, behind, WideView(view), out));
 }
 
 }  // namespace

@@ -81,14 +81,16 @@ TEST(FreeIndex, DerivativesOfTheResidualsAreThoseOfCentralDifferences) {
       const Coefficients<double> a = fakes::wavy(8, 78);
       for (std::size_t i = 0; i < seen.size(); i += 23) {
         PreparedCorner<double> corner;
-        ASSERT_TRUE(prepare(seen[i], scene.points[i], WideView(scene.views[0]), true, corner));
+        const WideView wide(scene.views[0]);
+        ASSERT_TRUE(prepare(seen[i], scene.points[i], wide, corner));
+        ASSERT_TRUE(prepare_ray(seen[i], wide, true, corner));
         corner.view = &scene.views[0];
         const auto at = [&](double index, Basis<double>* basis) {
           Media<double> media = scene.media;
           media.water = index;
           Optics<double> optics = Optics<double>::make(scene.model, media);
           optics.free_index = true;
-          start_at_level(78.0, corner);
+          start_at_level(78.0, true, corner);
           CornerResidual<double> out;
           const bool valid = metric == Metric::kReprojection ? reprojection_residual(optics, a, corner, basis, out)
                                                              : ray_residual(metric, optics, a, corner, basis, out);

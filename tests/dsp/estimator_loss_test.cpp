@@ -169,6 +169,31 @@ TEST(EstimatorLoss, GrossCornersCostLittleWithTukeyAndMuchWithout) {
   EXPECT_GT(errors[0], 3 * errors[1]);
 }
 
+// Every metric, with corners that something has touched: the surface is off by what it says of itself, and it says no
+// more than twice what it would without them.
+TEST(EstimatorLoss, HoldsWithGrossCornersInEveryMetric) {
+  for (const Metric metric : kMetrics)
+    for (const Loss loss : {Loss::kHuber, Loss::kTukey})
+      for (const double gross : {0.0, 0.05, 0.10, 0.15})
+        for (const std::uint64_t seed : {1u, 2u, 3u, 4u}) {
+          EstimatorOptions options;
+          options.metric = metric;
+          options.loss = loss;
+          Fit<double> fit(fakes::flume_scene(8, 1), options);
+          NoisyCorners<double> corners(fit, seed);
+          corners.draw(gross);
+          const auto found = fit.from_flat();
+          ASSERT_FALSE(failed(found.stop)) << to_string(found.stop) << " metric " << static_cast<int>(metric) << " loss "
+                                           << to_string(loss) << " gross " << gross << " seed " << seed;
+          corners.draw(0);
+          const auto clean = fit.from_flat();
+          ASSERT_FALSE(failed(clean.stop));
+          EXPECT_LT(found.height_deviation, 2 * clean.height_deviation) << static_cast<int>(metric) << " " << gross;
+          EXPECT_LT(fit.scene.surface_error(found.coefficients), 4 * found.height_deviation)
+              << static_cast<int>(metric) << " " << gross << " " << seed;
+        }
+}
+
 TEST(EstimatorLoss, ErrorSizesAreOfTheFinalSurfaceWhateverTheMetric) {
   std::vector<double> pixels;
   for (const Metric metric : {Metric::kReprojection, Metric::kDisparity}) {

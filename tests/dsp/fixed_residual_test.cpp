@@ -153,9 +153,10 @@ TEST(FixedResidual, IsTheDoubleOneToATenThousandthOfAMillimetreWithoutOverflow) 
       PreparedCorner<double> corner;
       CornerResidual<double> expected{};
       expected.e = Vec2<double>::Zero();
-      if (!prepare(seen, point, WideView(geometry.view), false, corner)) continue;
+      const WideView wide(geometry.view);
+      if (!prepare(seen, point, wide, corner) || !prepare_ray(seen, wide, false, corner)) continue;
       corner.view = &geometry.view;
-      start_at_level(geometry.a[0], corner);
+      start_at_level(geometry.a[0], true, corner);
       const bool valid = ray_residual<double>(Metric::kDisparity, optics, geometry.a, corner, nullptr, expected);
       const auto fixed_point = quantise(point);
       const auto fixed_seen = quantise(seen.normalised);

@@ -33,9 +33,9 @@ class CornerProblem {
  public:
   using T = Lanes<S>;
 
-  // sizes: workspace, as long as there are corners.
-  CornerProblem(Metric metric, Optics<T>& optics, std::span<PreparedCorner<T>> groups, std::span<double> sizes)
-      : metric_(metric), optics_(optics), groups_(groups), n_corners_(sizes.size()), sizes_(sizes) {}
+  // rays: groups hold the measured rays; else their feet. sizes: workspace, as long as there are corners.
+  CornerProblem(Metric metric, Optics<T>& optics, std::span<PreparedCorner<T>> groups, bool rays, std::span<double> sizes)
+      : metric_(metric), optics_(optics), groups_(groups), rays_(rays), n_corners_(sizes.size()), sizes_(sizes) {}
 
   // False: some corner has no residual on this surface.
   [[nodiscard]] bool evaluate(const Coefficients<double>& coefficients, NormalEquations& out) {
@@ -46,7 +46,7 @@ class CornerProblem {
       CornerResidual<T> term;
       if (!residual(a, group, &basis_, term, nullptr)) return false;
       if (metric_ == Metric::kReprojection) group.pixel_error = term.e;
-      sums.add(term, basis_, loss_.kind == Loss::kNone ? group.weight : lessened(term.e, group.weight, out));
+      sums.add(term, basis_, loss_.kind == Loss::kNone ? group.weight : lessened(term.e, group, out));
       if (loss_.kind == Loss::kNone) add_errors(term.e, group.weight, out);
     }
     sums.total(out);
@@ -59,24 +59,25 @@ class CornerProblem {
 
   // Forgets where the last evaluation ended.
   void start_from(const Coefficients<S>& a) {
-    const int constant = optics_.model.modes.index_of(Mode{});
-    const Vec3<T>& middle = groups_[groups_.size() / 2].point;
-    const T level = constant >= 0 ? T(a[constant]) : optics_.model.height(in_lanes(a), middle.x(), middle.y());
+    const T level = level_of(a);
     noise2_ = 0;
     for (PreparedCorner<T>& group : groups_) {
-      start_at_level(T(level[0]), group);
+      start_at_level(level, rays_, group);
       const T noise = rounding(group) * group.weight;
       noise2_ += (noise * noise).sum();
     }
   }
 
-  // Cost of at most kSampledCorners corners, spread over all; NaN where it does not exist.
-  [[nodiscard]] double sampled_cost(const Coefficients<S>& coefficients) {
+  // Cost of at most kSampledCorners corners, spread over all, or of fewer that cost most already; NaN where it does not
+  // exist. few: of one lane group. Start anew afterwards.
+  [[nodiscard]] double sampled_cost(const Coefficients<S>& coefficients, double most, bool few = false) {
     constexpr std::size_t kGroups = kSampledCorners / T::kSize;
     const Coefficients<T> a = in_lanes(coefficients);
-    const std::size_t stride = (groups_.size() + kGroups - 1) / kGroups;
+    const std::size_t stride = few ? groups_.size() : (groups_.size() + kGroups - 1) / kGroups;
+    const T level = level_of(coefficients);
     NormalEquations sums;
-    for (std::size_t i = 0; i < groups_.size(); i += stride) {
+    for (std::size_t i = 0; i < groups_.size() && sums.cost < most; i += stride) {
+      start_at_level(level, rays_, groups_[i]);
       CornerResidual<T> term;
       Basis<T>* const no_derivatives = nullptr;
       if (!residual(a, groups_[i], no_derivatives, term, nullptr)) return std::numeric_limits<double>::quiet_NaN();
@@ -94,16 +95,30 @@ class CornerProblem {
       Basis<T>* const no_derivatives = nullptr;
       if (!residual(a, group, no_derivatives, term, nullptr)) return false;
       for (int lane = 0; lane < T::kSize; ++lane)
-        if (group.weight[lane] > 0) *size++ = std::sqrt(size2_of(term.e, group.weight, lane));
+        if (counts(group, lane)) *size++ = std::sqrt(size2_of(term.e, group.weight, lane));
     }
-    const auto middle = sizes_.begin() + static_cast<std::ptrdiff_t>(n_corners_ / 2);
-    std::nth_element(sizes_.begin(), middle, sizes_.end());
+    const auto middle = sizes_.begin() + (size - sizes_.begin()) / 2;
+    std::nth_element(sizes_.begin(), middle, size);
     // Exact corners have no scatter but rounding.
     const double least = 4 * std::sqrt(noise2_ / static_cast<double>(n_corners_));
     loss_ = {kind, std::max(*middle / ScaledLoss::kMedianSize, least)};
     return std::isfinite(loss_.scale) && loss_.scale > 0;
   }
   [[nodiscard]] const ScaledLoss& loss() const { return loss_; }
+
+  // Corners to which the loss gives no weight at a count no longer, in this problem or another on the same groups. False:
+  // the residuals do not exist.
+  [[nodiscard]] bool distrust_gross(const Coefficients<double>& coefficients) {
+    const Coefficients<T> a = in_lanes(coefficients);
+    for (PreparedCorner<T>& group : groups_) {
+      CornerResidual<T> term;
+      Basis<T>* const no_derivatives = nullptr;
+      if (!residual(a, group, no_derivatives, term, nullptr)) return false;
+      for (int lane = 0; lane < T::kSize; ++lane)
+        if (!(loss_.at(size2_of(term.e, group.weight, lane)).weight > 0)) group.trusted.set(lane, 0);
+    }
+    return true;
+  }
 
   // sums: of the same coefficients.
   [[nodiscard]] bool pixel_errors(const Coefficients<double>& coefficients, const NormalEquations& sums, PixelErrors& out) {
@@ -145,6 +160,18 @@ class CornerProblem {
     return out;
   }
 
+  [[nodiscard]] static bool counts(const PreparedCorner<T>& group, int lane) {
+    return group.weight[lane] > 0 && group.trusted[lane] > 0;
+  }
+
+  // Of the constant mode, or the surface in the middle of the corners.
+  [[nodiscard]] T level_of(const Coefficients<S>& a) {
+    const int constant = optics_.model.modes.index_of(Mode{});
+    if (constant >= 0) return T(a[constant]);
+    const Vec3<T>& middle = groups_[groups_.size() / 2].point;
+    return T(optics_.model.height(in_lanes(a), middle.x(), middle.y())[0]);
+  }
+
   static void add_errors(const Vec2<T>& e, const T& weight, NormalEquations& out) {
     const T square = e.x() * e.x() + e.y() * e.y();
     const T size = sqrt(square), weighted = square * weight * weight;
@@ -162,13 +189,13 @@ class CornerProblem {
   }
 
   // The weights of a step with the loss; counts the cost.
-  [[nodiscard]] T lessened(const Vec2<T>& e, const T& weight, NormalEquations& out) const {
+  [[nodiscard]] T lessened(const Vec2<T>& e, const PreparedCorner<T>& group, NormalEquations& out) const {
     T less = 0;
     for (int lane = 0; lane < T::kSize; ++lane) {
-      if (!(weight[lane] > 0)) continue;
-      const ScaledLoss::Value value = loss_.at(size2_of(e, weight, lane));
+      if (!counts(group, lane)) continue;
+      const ScaledLoss::Value value = loss_.at(size2_of(e, group.weight, lane));
       out.cost += value.rho;
-      less.set(lane, weight[lane] * static_cast<S>(std::sqrt(value.weight)));
+      less.set(lane, group.weight[lane] * static_cast<S>(std::sqrt(value.weight)));
     }
     return less;
   }
@@ -190,7 +217,7 @@ class CornerProblem {
       group.pixel_error = pixels;
       T weight = 0;
       for (int lane = 0; lane < T::kSize; ++lane) {
-        if (!(group.weight[lane] > 0)) continue;
+        if (!counts(group, lane)) continue;
         const double e2 = size2_of(term.e, T(1), lane), px2 = size2_of(pixels, T(1), lane);
         const double sigma = 1 / static_cast<double>(group.weight[lane]);
         const ScaledLoss::Value value = loss_.at(e2 / (sigma * sigma));
@@ -232,6 +259,7 @@ class CornerProblem {
   Metric metric_;
   Optics<T>& optics_;
   std::span<PreparedCorner<T>> groups_;
+  bool rays_;
   std::size_t n_corners_;
   std::span<double> sizes_;
   ScaledLoss loss_{};

@@ -110,6 +110,7 @@ class SurfaceEstimator {
   std::vector<PreparedCorner<Lanes<S>>> groups_;  // room for max_corners, each camera's last group filled up
   std::vector<double> sizes_;                     // of the residuals, one a corner
   std::size_t max_corners_ = 0, n_corners_ = 0, n_groups_ = 0;
+  bool rays_ = false;  // groups_ hold the measured rays
 };
 
 extern template class SurfaceEstimator<float>;

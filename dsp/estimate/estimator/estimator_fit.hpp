@@ -116,6 +116,12 @@ Result<SurfaceEstimator<S>> SurfaceEstimator<S>::make(const SurfaceModel<S>& mod
 template <class S>
 Stop SurfaceEstimator<S>::prepare_corners(std::span<const CameraObservations<S>> cameras) {
   n_corners_ = n_groups_ = 0;
+  // Along the measured ray the digits of the undistorted corner count. Reprojection takes the ray for a start only, and
+  // does without where the corners know their feet.
+  const bool refine = metric_ != Metric::kReprojection;
+  rays_ = refine;
+  for (const CameraObservations<S>& camera : cameras)
+    for (const Observation<S>& seen : camera.corners) rays_ = rays_ || !seen.foot.allFinite();
   std::size_t n_cameras = 0;
   for (const CameraObservations<S>& camera : cameras) {
     if (camera.corners.empty()) continue;
@@ -126,26 +132,24 @@ Stop SurfaceEstimator<S>::prepare_corners(std::span<const CameraObservations<S>>
     View<Lanes<S>>& view = views_[n_cameras++];
     view = camera.view->template cast<Lanes<S>>();
     int lane = Lanes<S>::kSize;
+    PreparedCorner<S> corner;
     for (const Observation<S>& seen : camera.corners) {
       if (!seen.pixel.allFinite() || !seen.normalised.allFinite() || !std::isfinite(seen.sigma)) return Stop::kNonFinite;
       if (seen.point < 0 || static_cast<std::size_t>(seen.point) >= points_.size() || !(seen.sigma > 0))
         return Stop::kInvalidInput;
-      PreparedCorner<S> corner;
-      // Reprojection takes the undistorted corner for a start only; along the measured ray its digits count.
-      const bool refine = metric_ != Metric::kReprojection;
-      if (!prepare(seen, points_[static_cast<std::size_t>(seen.point)], wide, refine, corner)) return Stop::kOutOfDomain;
+      if (!prepare(seen, points_[static_cast<std::size_t>(seen.point)], wide, corner)) return Stop::kOutOfDomain;
+      if (rays_ && !prepare_ray(seen, wide, refine, corner)) return Stop::kOutOfDomain;
       if (lane == Lanes<S>::kSize) {
-        PreparedCorner<Lanes<S>>& group = groups_[n_groups_++];
-        group.view = &view;
-        // Lanes that stay empty repeat the group's first corner without weight.
-        const S weight = std::exchange(corner.weight, S(0));
-        for (lane = 1; lane < Lanes<S>::kSize; ++lane) put(corner, lane, group);
-        corner.weight = weight;
+        groups_[n_groups_].view = &view;
+        groups_[n_groups_++].trusted = 1;
         lane = 0;
       }
-      put(corner, lane++, groups_[n_groups_ - 1]);
+      put(corner, rays_, lane++, groups_[n_groups_ - 1]);
       ++n_corners_;
     }
+    // Lanes that stay empty repeat the last corner without weight.
+    corner.weight = 0;
+    for (; lane < Lanes<S>::kSize; ++lane) put(corner, rays_, lane, groups_[n_groups_ - 1]);
   }
   return 2 * n_corners_ < static_cast<std::size_t>(parameters()) ? Stop::kTooFewCorners : Stop::kGradient;
 }
@@ -154,15 +158,26 @@ template <class S>
 Stop SurfaceEstimator<S>::choose_start(std::span<const Coefficients<S>> starts, CornerProblem<S>& problem, int& chosen) {
   chosen = -1;
   if (starts.empty()) return Stop::kInvalidInput;
+  for (const Coefficients<S>& start : starts)
+    if (start.size() != model_.modes.size()) return Stop::kInvalidInput;
   bool finite = false;
-  double least = 0;
+  double least = std::numeric_limits<double>::infinity();
+  // The one that costs least on a few corners goes first: the others mostly cost more before all corners are looked at.
+  std::size_t first = 0;
   for (std::size_t i = 0; i < starts.size(); ++i) {
-    if (starts[i].size() != model_.modes.size()) return Stop::kInvalidInput;
     if (!starts[i].allFinite()) continue;
     finite = true;
-    problem.start_from(starts[i]);
-    const double cost = starts.size() > 1 ? problem.sampled_cost(starts[i]) : 0;
-    if (!std::isfinite(cost) || (chosen >= 0 && !(cost < least))) continue;
+    const double cost = starts.size() > 1 ? problem.sampled_cost(starts[i], least, true) : 0;
+    if (!(cost < least)) continue;
+    least = cost;
+    first = i;
+  }
+  least = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < starts.size(); ++k) {
+    const std::size_t i = k == 0 ? first : k <= first ? k - 1 : k;
+    if (!starts[i].allFinite()) continue;
+    const double cost = starts.size() > 1 ? problem.sampled_cost(starts[i], least) : 0;
+    if (!(cost < least)) continue;
     chosen = static_cast<int>(i);
     least = cost;
   }
@@ -228,8 +243,7 @@ void SurfaceEstimator<S>::error_sizes(std::span<S> out) const {
   std::size_t next = 0;
   for (const PreparedCorner<Lanes<S>>& group : std::span(groups_).first(n_groups_))
     for (int lane = 0; lane < Lanes<S>::kSize; ++lane)
-      if (group.weight[lane] > 0 && next < out.size())
-        out[next++] = std::hypot(group.pixel_error.x()[lane], group.pixel_error.y()[lane]) * group.weight[lane];
+      if (group.weight[lane] > 0 && next < out.size()) out[next++] = group.pixel_error.norm()[lane] * group.weight[lane];
 }
 
 template <class S>
@@ -276,7 +290,7 @@ Estimate<S> SurfaceEstimator<S>::estimate(std::span<const CameraObservations<S>>
   // disparity difference does not. It chooses the start and brings the surface near.
   const bool approach = metric_ == Metric::kCollinearity;
   const std::span<double> sizes = std::span(sizes_).first(n_corners_);
-  CornerProblem<S> near(approach ? Metric::kDisparity : metric_, optics_, groups, sizes);
+  CornerProblem<S> near(approach ? Metric::kDisparity : metric_, optics_, groups, rays_, sizes);
   out.stop = choose_start(starts, near, out.start_used);
   if (failed(out.stop)) return out;
 
@@ -295,14 +309,21 @@ Estimate<S> SurfaceEstimator<S>::estimate(std::span<const CameraObservations<S>>
   if (approach) {
     options.epsg = options.epsx = 0;
     options.epsf = kApproachFall;
-    const GaussNewtonSummary summary = DampedGaussNewton<CornerProblem<S>>(near, options).minimise(a, sums);
+    // Gross corners draw the surface deeper whatever the loss: those that Tukey's gives no weight here have none there.
+    const GaussNewtonSummary summary = loss_ == Loss::kNone
+                                           ? DampedGaussNewton<CornerProblem<S>>(near, options).minimise(a, sums)
+                                           : fit_robustly(near, options, Loss::kTukey, a, sums);
     out.stop = summary.stop;
     out.iterations = summary.iterations;
     if (failed(out.stop)) return out;
+    if (loss_ != Loss::kNone && !near.distrust_gross(a)) {
+      out.stop = Stop::kOutOfDomain;
+      return out;
+    }
     options = limits();
     options.max_iterations = std::max(1, options.max_iterations - out.iterations);
   }
-  CornerProblem<S> problem(metric_, optics_, groups, sizes);
+  CornerProblem<S> problem(metric_, optics_, groups, rays_, sizes);
   problem.start_from(a.template cast<S>());
   const GaussNewtonSummary summary = loss_ == Loss::kNone
                                          ? DampedGaussNewton<CornerProblem<S>>(problem, options).minimise(a, sums)
