@@ -53,7 +53,7 @@ class LibcameraCamera final : public Camera {
     timing_ = options_.timing;
     if (session_.exposure_us() > 0) timing_.exposure_ns = 1000 * session_.exposure_us();
     started_ = true;
-    away_ = back_ = stopped_away_ = false;
+    disconnected_ = reconnected_ = stopped_disconnected_ = false;
     clock_ = ClockId::kUnknown;
     saw_frame();
     return {};
@@ -62,7 +62,7 @@ class LibcameraCamera final : public Camera {
   Capture next(CameraFrame& frame, Nanoseconds timeout) noexcept override {
     if (!started_) return Capture::kEnd;
     const auto deadline = std::chrono::steady_clock::now() + timeout;
-    if (away_)
+    if (disconnected_)
       if (const Capture recovered = recover(deadline); recovered != Capture::kFrame) return recovered;
     std::uint32_t own_buffer = 0;
     const bool zero_copy = session_.format().zero_copy();
@@ -99,7 +99,7 @@ class LibcameraCamera final : public Camera {
   }
 
   void stop() noexcept override {
-    stopped_away_ = started_ && away_;
+    stopped_disconnected_ = started_ && disconnected_;
     started_ = false;
     session_.stop();
   }
@@ -125,19 +125,20 @@ class LibcameraCamera final : public Camera {
   }
   std::vector<std::string> image_concerns() const override { return session_.concerns(); }
   std::string last_words() const override {
-    return stopped_away_ ? "camera    " + options_.id + " went away and did not come back: " + why_ + "\n" : std::string();
+    return stopped_disconnected_ ? "camera    " + options_.id + " went away and did not come back: " + why_ + "\n"
+                                 : std::string();
   }
 
  private:
   void saw_frame() noexcept {
     last_frame_ = std::chrono::steady_clock::now();
-    late_ = false;
+    stalled_ = false;
   }
 
   Capture make_frame(const CompletedRequest& request, std::uint32_t own_buffer, CameraFrame& frame) noexcept {
     saw_frame();
-    if (back_) {
-      back_ = false;
+    if (reconnected_) {
+      reconnected_ = false;
       count_one(faults_.reconnects);
     }
     const std::int64_t now_ns = clock_ns(CLOCK_MONOTONIC);
@@ -183,8 +184,8 @@ class LibcameraCamera final : public Camera {
   Capture silent() noexcept {
     if (options_.trigger_input || session_.borrowed() >= session_.buffers()) return Capture::kTimeout;
     const auto silence = std::chrono::steady_clock::now() - last_frame_;
-    if (!late_ && silence > std::max<Nanoseconds>(kTimeoutLeast, 4 * period_)) {
-      late_ = true;
+    if (!stalled_ && silence > std::max<Nanoseconds>(kTimeoutLeast, 4 * period_)) {
+      stalled_ = true;
       count_one(faults_.timeouts);
     }
     if (silence > std::max<Nanoseconds>(kStallLeast, 20 * period_)) return lose("no frame came");
@@ -192,9 +193,9 @@ class LibcameraCamera final : public Camera {
   }
 
   Capture lose(const char* why) noexcept {
-    if (!back_) count_one(faults_.disconnects);
-    back_ = false;
-    away_ = true;
+    if (!reconnected_) count_one(faults_.disconnects);
+    reconnected_ = false;
+    disconnected_ = true;
     why_ = why;
     sequence_.restart();
     return Capture::kDisconnected;
@@ -219,8 +220,8 @@ class LibcameraCamera final : public Camera {
       std::this_thread::sleep_until(std::min(next_try_, deadline));
       return Capture::kDisconnected;
     }
-    away_ = false;
-    back_ = true;
+    disconnected_ = false;
+    reconnected_ = true;
     clock_ = ClockId::kUnknown;
     saw_frame();
     gate_.begin(clock_ns(CLOCK_MONOTONIC));
@@ -235,7 +236,7 @@ class LibcameraCamera final : public Camera {
   Nanoseconds period_{0};
   FrameTiming timing_;
   int buffers_ = 0;
-  bool started_ = false, away_ = false, back_ = false, late_ = false, stopped_away_ = false;
+  bool started_ = false, disconnected_ = false, reconnected_ = false, stalled_ = false, stopped_disconnected_ = false;
   ClockId clock_ = ClockId::kUnknown;
   std::chrono::steady_clock::time_point last_frame_{}, next_try_{};
   std::string why_;

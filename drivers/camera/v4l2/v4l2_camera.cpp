@@ -46,7 +46,7 @@ Outcome<void> V4l2Camera::start() {
   gate_ = StampGate(plan_.settings.period_ns());
   gate_.begin(port_->now_ns());
   started_ = true;
-  away_ = back_ = stopped_away_ = false;
+  disconnected_ = reconnected_ = stopped_disconnected_ = false;
   why_ = {};
   streaming();
   return {};
@@ -54,14 +54,14 @@ Outcome<void> V4l2Camera::start() {
 
 void V4l2Camera::streaming() noexcept {
   last_frame_ns_ = port_->now_ns();
-  late_ = false;
+  stalled_ = false;
 }
 
 Capture V4l2Camera::next(CameraFrame& frame, Nanoseconds timeout) noexcept {
   if (!started_) return Capture::kEnd;
   const std::int64_t deadline = port_->now_ns() + timeout.count();
   const auto left = [&] { return Nanoseconds(std::max<std::int64_t>(0, deadline - port_->now_ns())); };
-  if (away_)
+  if (disconnected_)
     if (const Capture recovered = recover(timeout); recovered != Capture::kFrame) return recovered;
 
   std::uint32_t own_buffer = 0;
@@ -103,8 +103,8 @@ Capture V4l2Camera::take(CameraFrame& frame, std::uint32_t own_buffer) noexcept 
     case V4l2Stream::Take::kTaken: break;
   }
   streaming();
-  if (back_) {
-    back_ = false;
+  if (reconnected_) {
+    reconnected_ = false;
     count_one(faults_.reconnects);
   }
   frame = {};
@@ -151,16 +151,16 @@ void V4l2Camera::give_back(const CameraFrame& frame) noexcept {
 std::int64_t V4l2Camera::stall_ns() const noexcept { return std::max(kStallLeast, kStallPeriods * plan_.settings.period_ns()); }
 
 void V4l2Camera::note_waiting() noexcept {
-  if (options_.trigger_input || late_ || stream_.queued() == 0) return;
+  if (options_.trigger_input || stalled_ || stream_.queued() == 0) return;
   if (port_->now_ns() - last_frame_ns_ <= std::max(kTimeoutLeast, kTimeoutPeriods * plan_.settings.period_ns())) return;
-  late_ = true;
+  stalled_ = true;
   count_one(faults_.timeouts);
 }
 
 Capture V4l2Camera::lose(V4l2Failure why) noexcept {
-  away_ = true;
-  if (!back_) count_one(faults_.disconnects);
-  back_ = false;
+  disconnected_ = true;
+  if (!reconnected_) count_one(faults_.disconnects);
+  reconnected_ = false;
   if (why.any()) why_ = why;
   sequence_.restart();
   return Capture::kDisconnected;
@@ -197,8 +197,8 @@ Capture V4l2Camera::recover(Nanoseconds timeout) noexcept {
     wait_until(next_try_ns_);
     return Capture::kDisconnected;
   }
-  away_ = false;
-  back_ = true;  // counted as back with its first frame
+  disconnected_ = false;
+  reconnected_ = true;  // counted as back with its first frame
   why_ = {};
   streaming();
   gate_.begin(last_frame_ns_);
@@ -206,7 +206,7 @@ Capture V4l2Camera::recover(Nanoseconds timeout) noexcept {
 }
 
 void V4l2Camera::stop() noexcept {
-  stopped_away_ = started_ && away_;
+  stopped_disconnected_ = started_ && disconnected_;
   started_ = false;
   stream_.stop();
 }
@@ -226,7 +226,7 @@ std::string V4l2Camera::summary() const {
 }
 
 std::string V4l2Camera::last_words() const {
-  if (!stopped_away_) return {};
+  if (!stopped_disconnected_) return {};
   const std::string why = failure_text(why_);
   return "camera    " + options_.ask.path + " went away and did not come back" + (why.empty() ? "" : ": " + why) + "\n";
 }

@@ -66,11 +66,11 @@ class V4l2Camera final : public Camera {
   FrameSequence sequence_;
   StampGate gate_;
   int buffers_ = 0;
-  bool started_ = false, away_ = false, back_ = false, late_ = false;
+  bool started_ = false, disconnected_ = false, reconnected_ = false, stalled_ = false;
   std::int64_t last_frame_ns_ = 0;  // monotonic; of the start too
   std::int64_t next_try_ns_ = 0;
   V4l2Failure why_;  // of being away
-  bool stopped_away_ = false;
+  bool stopped_disconnected_ = false;
 };
 
 }  // namespace srd
