@@ -62,6 +62,8 @@ class Camera {
   // Valid after start: what of the image the device still changes although it should not (sharpening, autofocus), a control
   // each, in words for a person.
   [[nodiscard]] virtual std::vector<std::string> image_concerns() const { return {}; }
+  // Of the thread that calls next: what making grey of a frame takes, a mean since the start. 0: images are taken as they are.
+  [[nodiscard]] virtual Nanoseconds conversion_time() const { return Nanoseconds(0); }
   // One for a person, after stop: why a device that went away did not come back. Empty: nothing to say.
   [[nodiscard]] virtual std::string last_words() const { return {}; }
   // From any thread.

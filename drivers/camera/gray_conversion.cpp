@@ -40,6 +40,36 @@ void high_bits_of(int bits, const std::uint8_t* from, std::uint8_t* to, int widt
   }
 }
 
+void high_bytes_of_ten(const std::uint8_t* __restrict from, std::uint8_t* __restrict to, int width) noexcept {
+  for (int i = 0; i < width; ++i) to[i] = from[i + i / 4];
+}
+
+// Sample i of a row, whole.
+template <GrayLayout kLayout>
+unsigned sample(const std::uint8_t* row, int i) noexcept {
+  if constexpr (kLayout == GrayLayout::kBytes) return row[i];
+  if constexpr (kLayout == GrayLayout::kLittleEndian) return row[2 * i] | static_cast<unsigned>(row[2 * i + 1]) << 8;
+  const std::uint8_t* four = row + 5 * (i / 4);
+  return static_cast<unsigned>(four[i % 4]) << 2 | ((four[4] >> (2 * (i % 4))) & 3U);
+}
+
+template <GrayLayout kLayout>
+void halve_row(int bits, Mosaic mosaic, MosaicGray gray, const std::uint8_t* __restrict upper,
+               const std::uint8_t* __restrict lower, std::uint8_t* __restrict to, int width) noexcept {
+  // Two samples of 16 bits have 17, four have 18.
+  const int down = bits - 8 + (gray == MosaicGray::kAll ? 2 : 1);
+  const int above = mosaic == Mosaic::kGreenFirst ? 0 : 1, below = 1 - above;
+  if (gray == MosaicGray::kAll)
+    for (int i = 0; i < width; ++i)
+      to[i] = static_cast<std::uint8_t>((sample<kLayout>(upper, 2 * i) + sample<kLayout>(upper, 2 * i + 1) +
+                                         sample<kLayout>(lower, 2 * i) + sample<kLayout>(lower, 2 * i + 1)) >>
+                                        down);
+  else
+    for (int i = 0; i < width; ++i)
+      to[i] =
+          static_cast<std::uint8_t>((sample<kLayout>(upper, 2 * i + above) + sample<kLayout>(lower, 2 * i + below)) >> down);
+}
+
 }  // namespace
 
 void convert_to_gray(GrayLayout layout, int bits, const std::uint8_t* from, int from_stride, std::uint8_t* to, int to_stride,
@@ -50,7 +80,21 @@ void convert_to_gray(GrayLayout layout, int bits, const std::uint8_t* from, int 
       case GrayLayout::kLittleEndian: high_bits_of(bits, from, to, width); break;
       case GrayLayout::kRgb: luma<0, 2>(from, to, width); break;
       case GrayLayout::kBgr: luma<2, 0>(from, to, width); break;
+      case GrayLayout::kPackedTen: high_bytes_of_ten(from, to, width); break;
+      case GrayLayout::kJpeg: break;
     }
+}
+
+void halve_mosaic(GrayLayout layout, int bits, Mosaic mosaic, MosaicGray gray, const std::uint8_t* from, int from_stride,
+                  std::uint8_t* to, int to_stride, int width, int height) noexcept {
+  for (int v = 0; v < height; ++v, from += 2 * static_cast<std::ptrdiff_t>(from_stride), to += to_stride) {
+    const std::uint8_t* below = from + from_stride;
+    switch (layout) {
+      case GrayLayout::kLittleEndian: halve_row<GrayLayout::kLittleEndian>(bits, mosaic, gray, from, below, to, width); break;
+      case GrayLayout::kPackedTen: halve_row<GrayLayout::kPackedTen>(10, mosaic, gray, from, below, to, width); break;
+      default: halve_row<GrayLayout::kBytes>(8, mosaic, gray, from, below, to, width); break;
+    }
+  }
 }
 
 }  // namespace srd

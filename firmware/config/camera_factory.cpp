@@ -26,6 +26,7 @@ std::unique_ptr<Camera> make_v4l2(const NodeConfig& config, const CameraPlace& p
   V4l2CameraOptions options;
   options.ask.path = config.camera->argument;
   options.ask.format = live.format;
+  options.ask.mosaic = live.mosaic;
   options.ask.width = place.width;
   options.ask.height = place.height;
   options.ask.rate_hz = config.frame_rate_hz;

@@ -20,6 +20,8 @@ void read_live(TomlTable& camera, LiveCamera& live) {
     else
       camera.complain("format", "one of " + v4l2_format_names(), "\"" + *format + "\"");
   }
+  if (auto mosaic = camera.choice("mosaic", {"green", "all"}))
+    live.mosaic = *mosaic == "all" ? MosaicGray::kAll : MosaicGray::kGreen;
   const auto size = [&](const char* key) -> std::optional<int> {
     const auto px = camera.integer(key, {16, 16384, "px"});
     return px ? std::optional(static_cast<int>(*px)) : std::nullopt;

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "drivers/camera/frame_timing.hpp"
+#include "drivers/camera/gray_conversion.hpp"
 #include "drivers/support/problem.hpp"
 
 namespace srd {
@@ -34,6 +35,7 @@ struct CameraSource {
 struct LiveCamera {
   bool rate_required = false;               // the file names a rate: a camera that cannot do it is refused
   std::string format = "auto";              // V4L2
+  MosaicGray mosaic = MosaicGray::kGreen;   // V4L2, of a colour sensor's raw image
   std::optional<int> width, height;         // px; none: the calibration's
   std::optional<std::int64_t> exposure_us;  // none: left as the camera has it
   std::optional<double> gain;               // libcamera: analogue factor; V4L2: the device's units

@@ -22,6 +22,7 @@ constexpr auto kPatience = std::chrono::milliseconds(100);  // between looks at 
 constexpr int kStep = 4;                                    // every fourth pixel is enough to judge the light
 constexpr double kDark = 30, kBright = 225, kMaxSaturated = 0.01;
 constexpr double kRateTolerance = 0.02;
+constexpr double kMaxConversion = 0.5;  // of a frame's time: the capture thread takes the next frame late beyond
 constexpr const char* kFramesAdvice =
     "the cable, the trigger if the sensor waits for one, and another program that has the camera";
 constexpr const char* kStrobeAdvice =
@@ -114,6 +115,19 @@ void judge_frames(const Seen& seen, bool live, double wanted_hz, Diagnosis& diag
   } else {
     diagnosis.ok("frames", found);
   }
+}
+
+// What the capture thread does to each frame: its time is a part of the frame's.
+void judge_conversion(const Camera& camera, double rate_hz, Diagnosis& diagnosis) {
+  const double took = std::chrono::duration<double>(camera.conversion_time()).count();
+  if (!(took > 0) || !(rate_hz > 0)) return;
+  const std::string found =
+      formatted("%.2f ms of the %.2f ms between two frames (%.0f %%)", 1e3 * took, 1e3 / rate_hz, 100 * took * rate_hz);
+  if (took * rate_hz > kMaxConversion)
+    diagnosis.warn("conversion to grey", found,
+                   "a lower camera.frame_rate_hz, a smaller size, or a format that is grey already");
+  else
+    diagnosis.ok("conversion to grey", found);
 }
 
 void judge_stamps(const CameraCounters& faults, Diagnosis& diagnosis) {
@@ -235,6 +249,7 @@ void check_camera(const NodeConfig& config, Instrument& instrument, const OpenLi
     const Seen seen = watch(frames, options.camera_time + frames.time_to_light(config.frame_rate_hz), options);
     if (!options.stopping()) {
       judge_frames(seen, camera.live(), config.frame_rate_hz, diagnosis);
+      judge_conversion(camera, config.frame_rate_hz, diagnosis);
       judge_stamps(camera.faults(), diagnosis);
       judge_light(seen, frames, diagnosis);
       if (fits && seen.frames > 0) find_pattern(config, instrument, frames, options, diagnosis);

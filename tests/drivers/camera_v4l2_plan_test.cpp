@@ -52,8 +52,8 @@ std::int32_t set_to(const V4l2Plan& plan, std::uint32_t id) {
 
 TEST(V4l2Plan, AutoTakesTheFirstFormatOfItsOrderInTheSizeWanted) {
   ScriptedV4l2Device device;
-  device.formats = {
-      {V4L2_PIX_FMT_MJPEG}, {V4L2_PIX_FMT_NV12}, {V4L2_PIX_FMT_YUYV}, {V4L2_PIX_FMT_Y12, 640, 480}, {V4L2_PIX_FMT_Y10, 64, 48}};
+  device.formats = {{V4L2_PIX_FMT_H264}, {V4L2_PIX_FMT_MJPEG},         {V4L2_PIX_FMT_NV12},
+                    {V4L2_PIX_FMT_YUYV}, {V4L2_PIX_FMT_Y12, 640, 480}, {V4L2_PIX_FMT_Y10, 64, 48}};
   EXPECT_EQ(planned(device, ask_for(64, 48)).format.name, "Y10");
   EXPECT_EQ(planned(device, ask_for(640, 480)).format.name, "Y12");
   V4l2Ask nv12 = ask_for(64, 48);
@@ -61,13 +61,38 @@ TEST(V4l2Plan, AutoTakesTheFirstFormatOfItsOrderInTheSizeWanted) {
   EXPECT_EQ(planned(device, nv12).format.code, static_cast<std::uint32_t>(V4L2_PIX_FMT_NV12));
 }
 
+TEST(V4l2Plan, AutoTakesAnotherFormatWhereThePreferredOneIsTooSlow) {
+  ScriptedV4l2Device device;
+  device.formats = {{V4L2_PIX_FMT_YUYV, 1280, 720, {5, 10}}, {V4L2_PIX_FMT_MJPEG, 1280, 720, {30}}};
+  V4l2Ask ask = ask_for(1280, 720);
+  ask.rate_hz = 10;
+  EXPECT_EQ(planned(device, ask).format.name, "YUYV");
+  ask.rate_hz = 30;
+  const V4l2Plan fast = planned(device, ask);
+  EXPECT_EQ(fast.format.name, "MJPG");
+  EXPECT_DOUBLE_EQ(fast.rate_hz, 30);
+  // None is so fast: the preferred one again.
+  ask.rate_hz = 60;
+  EXPECT_EQ(planned(device, ask).format.name, "YUYV");
+}
+
+TEST(V4l2Plan, AMosaicHasTwiceTheSizeThatIsAsked) {
+  ScriptedV4l2Device device;
+  device.formats = {{V4L2_PIX_FMT_SRGGB10, 1280, 960}, {V4L2_PIX_FMT_SRGGB8, 640, 480}};
+  const V4l2Plan plan = planned(device, ask_for(640, 480));
+  EXPECT_EQ(plan.format.name, "SRGGB10");
+  EXPECT_EQ(plan.settings.width, 1280);
+  EXPECT_EQ(planned(device, ask_for(320, 240)).format.name, "SRGGB8");
+  expect_refused(device, ask_for(1280, 960), {"size", "SRGGB10 (colour, halved) 640x480", "SRGGB8 (colour, halved) 320x240"});
+}
+
 TEST(V4l2Plan, SaysWhatTheDeviceOffersInsteadOfAFormatSizeOrRate) {
   ScriptedV4l2Device device;
-  device.formats = {{V4L2_PIX_FMT_YUYV, 640, 480, {15, 30}}, {V4L2_PIX_FMT_YUYV, 320, 240, {30, 60}}, {V4L2_PIX_FMT_MJPEG}};
+  device.formats = {{V4L2_PIX_FMT_YUYV, 640, 480, {15, 30}}, {V4L2_PIX_FMT_YUYV, 320, 240, {30, 60}}, {V4L2_PIX_FMT_H264}};
   V4l2Ask grey = ask_for(640, 480);
   grey.format = "GREY";
   expect_refused(device, grey,
-                 {"/dev/video9", "pixel format", "GREY", "YUYV 640x480 (15, 30 Hz), 320x240 (30, 60 Hz)", "not usable: MJPG",
+                 {"/dev/video9", "pixel format", "GREY", "YUYV 640x480 (15, 30 Hz), 320x240 (30, 60 Hz)", "not usable: H264",
                   "camera.format"});
   expect_refused(device, ask_for(1280, 720), {"size", "1280x720", "YUYV 640x480", "320x240"});
   V4l2Ask fast = ask_for(640, 480);
@@ -330,14 +355,16 @@ TEST(V4l2Plan, WorksWithMultiPlanarDevices) {
 
 TEST(V4l2Plan, ListsRangesAndNamesCodes) {
   V4l2Size range{1920, 1080, 320, 180, 2, 2, {{1, 60}, true}};
-  EXPECT_EQ(
-      offers_text(
-          {{V4L2_PIX_FMT_GREY, "", false, {range}}, {V4L2_PIX_FMT_Y10, "", false, {}}, {V4L2_PIX_FMT_MJPEG, "", true, {}}},
-          "  ", "640x480"),
-      "  GREY 320x180 to 1920x1080 (1 to 60 Hz)\n  Y10 640x480\n  not usable: MJPG");
+  EXPECT_EQ(offers_text(
+                {{V4L2_PIX_FMT_GREY, "", false, {range}}, {V4L2_PIX_FMT_Y10, "", false, {}}, {V4L2_PIX_FMT_H264, "", true, {}}},
+                "  ", "640x480"),
+            "  GREY 320x180 to 1920x1080 (1 to 60 Hz)\n  Y10 640x480\n  not usable: H264");
   EXPECT_EQ(offers_text({}, "  ", ""), "  nothing");
   EXPECT_EQ(fourcc_text(V4L2_PIX_FMT_Y10), "Y10");
-  EXPECT_EQ(v4l2_format_names(), "auto, GREY, Y10, Y12, Y16, YUYV, NV12");
+  EXPECT_EQ(
+      v4l2_format_names(),
+      "auto, GREY, Y10, Y12, Y16, Y10P, YUYV, NV12, MJPG, SBGGR8, SGBRG8, SGRBG8, SRGGB8, SBGGR10, SGBRG10, SGRBG10, SRGGB10, "
+      "SBGGR10P, SGBRG10P, SGRBG10P, SRGGB10P");
 }
 
 }  // namespace

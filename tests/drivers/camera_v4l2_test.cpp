@@ -8,6 +8,7 @@
 
 #include "drivers/camera/v4l2/v4l2_camera.hpp"
 #include "tests/fakes/allocation_gauge.hpp"
+#include "tests/fakes/jpeg_image.hpp"
 #include "tests/fakes/scripted_v4l2_port.hpp"
 
 namespace srd {
@@ -42,6 +43,25 @@ void expect_image(const GrayView& image, std::uint64_t frame) {
     for (int u = 0; u < image.width; ++u) ASSERT_EQ(image.row(v)[u], ScriptedV4l2Device::pixel(frame, u, v)) << u << ", " << v;
 }
 
+// What a JPEG keeps: a slope.
+std::uint8_t smooth(std::uint64_t frame, int u, int v) {
+  return static_cast<std::uint8_t>(40 + u + 2 * v + 3 * static_cast<int>(frame));
+}
+
+std::vector<std::uint8_t> smooth_jpeg(std::uint64_t frame) {
+  std::vector<std::uint8_t> pixels;
+  for (int v = 0; v < 48; ++v)
+    for (int u = 0; u < 64; ++u) pixels.push_back(smooth(frame, u, v));
+  return fakes::jpeg_of({pixels.data(), 64, 48, 64}, {90, true, false});
+}
+
+void expect_smooth(const GrayView& image, std::uint64_t frame) {
+  ASSERT_EQ(image.width, 64);
+  ASSERT_EQ(image.height, 48);
+  for (int v = 0; v < image.height; ++v)
+    for (int u = 0; u < image.width; ++u) ASSERT_NEAR(image.row(v)[u], smooth(frame, u, v), 2) << u << ", " << v;
+}
+
 // Calls until the camera gives what is wanted; how many calls it took, 0: never.
 int calls_until(V4l2Camera& camera, CameraFrame& frame, Capture wanted, int most = 200) {
   for (int call = 1; call <= most; ++call)
@@ -55,14 +75,19 @@ TEST(V4l2Camera, GivesEveryFormatAsGrey) {
       for (const bool planes : {false, true}) {
         ScriptedV4l2Device device;
         if (planes) device.capabilities = V4L2_CAP_VIDEO_CAPTURE_MPLANE | V4L2_CAP_STREAMING;
-        device.formats = {{format.code, 64, 48, {30}, padding}};
+        const int reduction = format.reduction();
+        device.formats = {{format.code, 64 * reduction, 48 * reduction, {30}, padding}};
+        for (std::uint64_t n = 0; n < 10 && format.compressed(); ++n) device.jpegs.push_back(smooth_jpeg(n));
         auto camera = started(device);
         for (std::uint64_t n = 0; n < 10; ++n) {
           CameraFrame frame;
           ASSERT_EQ(camera->next(frame, kWait), Capture::kFrame) << format.name;
           EXPECT_EQ(frame.sequence, n);
           EXPECT_EQ(frame.clock, ClockId::kMonotonic);
-          expect_image(frame.image, n);
+          if (format.compressed())
+            expect_smooth(frame.image, n);
+          else
+            expect_image(frame.image, n);
           camera->give_back(frame);
         }
       }
@@ -100,6 +125,37 @@ TEST(V4l2Camera, DamagedAndShortFramesAreBadAndCounted) {
   }
   EXPECT_EQ(camera->faults().error_buffers, 3u);
   EXPECT_EQ(camera->faults().text(), "3 error buffers");
+}
+
+TEST(V4l2Camera, CompressedFramesThatAreNotWholeAreBadAndCounted) {
+  ScriptedV4l2Device device;
+  device.formats = {{V4L2_PIX_FMT_MJPEG}};
+  device.jpegs = {smooth_jpeg(0), smooth_jpeg(1), smooth_jpeg(2)};
+  device.jpegs[1].resize(device.jpegs[1].size() - 100);
+  device.damaged = {3};
+  auto camera = started(device);
+  EXPECT_NE(camera->summary().find("MJPG at 30 Hz, decoded"), std::string::npos) << camera->summary();
+  ASSERT_EQ(camera->image_concerns().size(), 1u);
+  EXPECT_NE(camera->image_concerns()[0].find("compressed"), std::string::npos);
+  for (std::uint64_t n = 0; n < 30; ++n) {
+    CameraFrame frame;
+    const bool bad = n == 3 || n % 3 == 1;
+    ASSERT_EQ(camera->next(frame, kWait), bad ? Capture::kBadFrame : Capture::kFrame) << n;
+    EXPECT_EQ(frame.sequence, n);
+    if (!bad) expect_smooth(frame.image, n % 3);
+    camera->give_back(frame);
+  }
+  EXPECT_EQ(camera->faults().error_buffers, 11u);
+}
+
+TEST(V4l2Camera, AMosaicIsHalvedByItsGreenPixels) {
+  ScriptedV4l2Device device;
+  device.formats = {{V4L2_PIX_FMT_SGRBG10P, 128, 96}};
+  auto camera = started(device);
+  EXPECT_EQ(camera->width(), 64);
+  EXPECT_EQ(camera->height(), 48);
+  EXPECT_NE(camera->summary().find("64 x 48 SGRBG10P at 30 Hz, halved by the two green pixels of a cell"), std::string::npos)
+      << camera->summary();
 }
 
 TEST(V4l2Camera, TakesUpADeviceThatWentAwayAndComesBack) {
@@ -326,9 +382,10 @@ TEST(V4l2Camera, AnArrivalIsTheEndOfTheFrameWhateverTheStampsMark) {
 
 TEST(V4l2Camera, TheStreamAndItsRecoveryTakeNothingFromTheHeap) {
   if (!fakes::AllocationGauge::works()) GTEST_SKIP() << "the sanitizer has its own malloc";
-  for (const char* format : {"GREY", "YUYV"}) {
+  for (const char* format : {"GREY", "YUYV", "MJPG", "SBGGR10P"}) {
     ScriptedV4l2Device device;
-    device.formats = {{V4L2_PIX_FMT_GREY}, {V4L2_PIX_FMT_YUYV}};
+    device.formats = {{V4L2_PIX_FMT_GREY}, {V4L2_PIX_FMT_YUYV}, {V4L2_PIX_FMT_MJPEG}, {V4L2_PIX_FMT_SBGGR10P, 128, 96}};
+    device.jpegs = {smooth_jpeg(0), smooth_jpeg(1)};
     device.damaged = {10};
     device.gone[20] = kSecond;
     auto camera = started(device, options(format));

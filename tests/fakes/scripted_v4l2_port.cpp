@@ -14,9 +14,30 @@ namespace {
 constexpr std::int64_t kSecond = 1'000'000'000;
 constexpr std::uint32_t kOffsetStep = 1 << 24;  // between the buffers' offsets
 
-int bytes_of(std::uint32_t code) {
-  const V4l2PixelFormat* format = v4l2_format_of(code);
-  return format == nullptr ? 3 : bytes_per_pixel(format->layout);
+// Bytes of a row; 0 for what has no rows.
+int stride_of(const ScriptedFormat& scripted) {
+  const V4l2PixelFormat* format = v4l2_format_of(scripted.code);
+  if (format == nullptr) return 3 * scripted.width + scripted.padding;
+  return format->compressed() ? 0 : row_bytes(format->layout, scripted.width) + scripted.padding;
+}
+
+// One sample into its place in a row whose other samples are written too.
+void put(const V4l2PixelFormat& format, std::uint8_t* row, int u, std::uint8_t value) {
+  switch (format.layout) {
+    case GrayLayout::kLittleEndian:
+      row[2 * u] = static_cast<std::uint8_t>(value << (format.bits - 8));
+      row[2 * u + 1] = static_cast<std::uint8_t>(value >> (16 - format.bits));
+      break;
+    case GrayLayout::kPackedTen:
+      row[u + u / 4] = value;
+      row[5 * (u / 4) + 4] = 0;
+      break;
+    case GrayLayout::kEvenBytes:
+      row[2 * u] = value;
+      row[2 * u + 1] = 0x80;
+      break;
+    default: row[u] = value; break;
+  }
 }
 
 void copy_text(std::uint8_t* to, std::size_t room, const char* text) {
@@ -44,7 +65,8 @@ void ScriptedV4l2Port::close() noexcept {
 }
 
 std::uint32_t ScriptedV4l2Port::image_bytes() const {
-  return static_cast<std::uint32_t>((format_->width * bytes_of(format_->code) + format_->padding) * format_->height);
+  const int stride = stride_of(*format_);
+  return static_cast<std::uint32_t>((stride > 0 ? stride : 2 * format_->width + 1024) * format_->height);
 }
 
 int ScriptedV4l2Port::control(unsigned long request, void* argument) noexcept {
@@ -142,7 +164,7 @@ int ScriptedV4l2Port::answer_format(v4l2_format& format, bool keep) {
   const ScriptedFormat* const before = format_;
   format_ = best;
   const std::uint32_t bytes = image_bytes();
-  const auto stride = static_cast<std::uint32_t>(format_->width * bytes_of(format_->code) + format_->padding);
+  const auto stride = static_cast<std::uint32_t>(stride_of(*format_));
   if (planes) {
     v4l2_pix_format_mplane& pix = format.fmt.pix_mp;
     pix.pixelformat = best->code;
@@ -263,18 +285,21 @@ void ScriptedV4l2Port::fill(std::uint64_t frame, std::int64_t time_ns) {
     buffer.filled.timestamp.tv_sec = static_cast<time_t>(stamp_ns / kSecond);
     buffer.filled.timestamp.tv_usec = static_cast<suseconds_t>(stamp_ns % kSecond / 1000);
     const V4l2PixelFormat* format = v4l2_format_of(format_->code);
-    const int bytes = bytes_of(format_->code), stride = format_->width * bytes + format_->padding;
+    if (format == nullptr) return;
+    if (format->compressed()) {
+      const std::vector<std::uint8_t>& jpeg = device_.jpegs[frame % device_.jpegs.size()];
+      std::memcpy(buffer.memory, jpeg.data(), jpeg.size());
+      if (device_.truncated.count(frame) == 0) buffer.bytes_used = static_cast<std::uint32_t>(jpeg.size());
+      return;
+    }
+    const int stride = stride_of(*format_), reduction = format->reduction();
     for (int v = 0; v < format_->height; ++v)
       for (int u = 0; u < format_->width; ++u) {
-        const std::uint8_t value = ScriptedV4l2Device::pixel(frame, u, v);
-        std::uint8_t* at = buffer.memory + v * stride + u * bytes;
-        if (format != nullptr && format->layout == GrayLayout::kLittleEndian) {
-          at[0] = static_cast<std::uint8_t>(value << (format->bits - 8));
-          at[1] = static_cast<std::uint8_t>(value >> (16 - format->bits));
-        } else {
-          at[0] = value;
-          if (bytes > 1) at[1] = 0x80;
-        }
+        const int x = u / reduction, y = v / reduction;
+        const bool green = (u + v) % 2 == (format->mosaic == Mosaic::kGreenFirst ? 0 : 1);
+        std::uint8_t value = device_.scene ? device_.scene(frame, x, y) : ScriptedV4l2Device::pixel(frame, x, y);
+        if (reduction > 1 && !green) value = 0x11;
+        put(*format, buffer.memory + static_cast<std::ptrdiff_t>(v) * stride, u, value);
       }
     return;
   }

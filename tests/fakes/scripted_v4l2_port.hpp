@@ -55,6 +55,9 @@ struct ScriptedV4l2Device {
   bool stamps = true;
   // What the driver writes for a frame that is done at that time; none: the time itself.
   std::function<std::int64_t(std::uint64_t frame, std::int64_t time_ns)> stamp;
+  std::vector<std::vector<std::uint8_t>> jpegs;  // its frames in a compressed format, again from the first one
+  // Grey level of a pixel in what it films; none: pixel(). A mosaic's green pixels show it, the others nothing.
+  std::function<std::uint8_t(std::uint64_t frame, int u, int v)> scene;
 
   // State.
   std::int64_t now_ns = 5'000'000'000;

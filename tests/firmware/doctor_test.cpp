@@ -133,6 +133,8 @@ class SharpeningCamera final : public fakes::LiveCamera {
   std::vector<std::string> image_concerns() const override {
     return {"sharpness is 3, its least is 0: the camera sharpens edges"};
   }
+  Nanoseconds conversion_time() const override { return took; }
+  Nanoseconds took{0};
   Capture next(CameraFrame& frame, Nanoseconds) noexcept override {
     count_one(faults_.bad_stamps);
     frame = {};
@@ -159,6 +161,22 @@ TEST(Doctor, NamesTheControlThatChangesTheImageAndTimesThatCannotBeTrue) {
   expect(diagnosis, "image", Verdict::kWarn, "turn that control");
   expect(diagnosis, "stamps", Verdict::kWarn, "frames with a time that cannot be true");
   EXPECT_EQ(diagnosis.exit(), Exit::kDone);
+}
+
+TEST(Doctor, TellsWhichPartOfAFramesTimeGoesIntoMakingItGrey) {
+  const NodeConfig config = simulated();  // 50 Hz
+  for (const auto& [ms, verdict, words] : {std::tuple{3, Verdict::kOk, "3.00 ms of the 20.00 ms between two frames (15 %)"},
+                                           std::tuple{12, Verdict::kWarn, "(60 %)"}}) {
+    auto instrument = make_instrument(config);
+    ASSERT_TRUE(instrument.ok());
+    auto camera = std::make_unique<SharpeningCamera>(instrument->width, instrument->height);
+    camera->took = std::chrono::milliseconds(ms);
+    instrument->camera = std::move(camera);
+    Diagnosis diagnosis;
+    check_camera(
+        config, *instrument, [&](const Camera& lit) { return open_strobe(config, lit); }, quick(), diagnosis);
+    expect(diagnosis, "conversion to grey", verdict, words);
+  }
 }
 
 TEST(Doctor, ACameraWithoutFramesFails) {

@@ -184,7 +184,7 @@ Outcome<void> LibcameraSession::map_buffers(const LibcameraOptions& options) {
   allocator_ = std::make_unique<libcamera::FrameBufferAllocator>(camera_);
   if (const int count = allocator_->allocate(stream_); count < 2)
     return trouble(options, "the camera's buffers cannot be had", count < 0 ? -count : ENOMEM);
-  const std::int64_t row = static_cast<std::int64_t>(options.width) * bytes_per_pixel(format_.layout);
+  const std::int64_t row = row_bytes(format_.layout, options.width);
   stride_ = std::max(stride_, static_cast<int>(row));
   const std::int64_t image = static_cast<std::int64_t>(stride_) * (options.height - 1) + row;
   for (const auto& buffer : allocator_->buffers(stream_)) {

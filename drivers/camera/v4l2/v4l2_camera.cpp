@@ -32,13 +32,15 @@ Outcome<void> V4l2Camera::start() {
     return plan.error();
   }
   plan_ = std::move(plan).value();
-  if (const V4l2Failure failure = stream_.start(plan_.settings, row_bytes()); failure.any())
+  if (const V4l2Failure failure = stream_.start(plan_.settings, least_stride()); failure.any())
     return problem_of(failure, options_.ask.path);
   buffers_ = stream_.buffers();
   if (!plan_.format.zero_copy()) {
     buffers_ = options_.ask.buffers;
     own_.reserve(width(), height(), buffers_);
   }
+  jpeg_ = plan_.format.compressed() ? std::make_unique<GrayJpegDecoder>(width(), height()) : nullptr;
+  converting_ns_ = conversions_ = 0;
   timing_ = options_.timing;
   if (plan_.exposure_ns > 0) timing_.exposure_ns = plan_.exposure_ns;
   timing_.mark = options_.stamp.value_or(stream_.mark());
@@ -126,18 +128,38 @@ Capture V4l2Camera::take(CameraFrame& frame, std::uint32_t own_buffer) noexcept 
     stream_.give_back(taken.buffer);
     return Capture::kBadFrame;
   }
-  const std::uint8_t* pixels = stream_.pixels(taken.buffer);
   if (plan_.format.zero_copy()) {
-    frame.image = {pixels, width(), height(), stream_.stride_bytes()};
+    frame.image = {stream_.pixels(taken.buffer), width(), height(), stream_.stride_bytes()};
     frame.buffer = taken.buffer;
     return Capture::kFrame;
   }
-  convert_to_gray(plan_.format.layout, plan_.format.bits, pixels, stream_.stride_bytes(), own_.pixels(own_buffer),
-                  own_.stride_bytes(), width(), height());
+  const bool whole = make_gray(taken, own_buffer);
   stream_.give_back(taken.buffer);
+  if (!whole) {
+    count_one(faults_.error_buffers);
+    return Capture::kBadFrame;
+  }
   frame.image = own_.view(own_buffer);
   frame.buffer = own_buffer;
   return Capture::kFrame;
+}
+
+bool V4l2Camera::make_gray(const V4l2Taken& taken, std::uint32_t own_buffer) noexcept {
+  const std::int64_t before_ns = port_->now_ns();
+  const std::uint8_t* from = stream_.pixels(taken.buffer);
+  std::uint8_t* to = own_.pixels(own_buffer);
+  const V4l2PixelFormat& format = plan_.format;
+  bool whole = true;
+  if (jpeg_)
+    whole = jpeg_->decode({from, taken.bytes}, to, own_.stride_bytes());
+  else if (format.mosaic != Mosaic::kNone)
+    halve_mosaic(format.layout, format.bits, format.mosaic, options_.ask.mosaic, from, stream_.stride_bytes(), to,
+                 own_.stride_bytes(), width(), height());
+  else
+    convert_to_gray(format.layout, format.bits, from, stream_.stride_bytes(), to, own_.stride_bytes(), width(), height());
+  converting_ns_ += port_->now_ns() - before_ns;
+  ++conversions_;
+  return whole;
 }
 
 void V4l2Camera::give_back(const CameraFrame& frame) noexcept {
@@ -190,7 +212,7 @@ Capture V4l2Camera::recover(Nanoseconds timeout) noexcept {
   if (const int error = port_->open(options_.ask.path.c_str()); error != 0)
     failure = {V4l2Step::kOpen, error};
   else
-    failure = stream_.start(plan_.settings, row_bytes());
+    failure = stream_.start(plan_.settings, least_stride());
   if (failure.any()) {
     port_->close();
     why_ = failure;
@@ -217,7 +239,13 @@ std::string V4l2Camera::summary() const {
                      std::to_string(width()) + " x " + std::to_string(height()) + " " + std::string(plan_.format.name);
   if (plan_.rate_hz > 0)
     text += " at " + number_text(static_cast<double>(static_cast<std::int64_t>(plan_.rate_hz * 1000 + 0.5)) / 1000) + " Hz";
-  text += plan_.format.zero_copy() ? ", read in place" : ", converted to grey";
+  if (plan_.format.compressed())
+    text += ", decoded";
+  else if (plan_.format.mosaic != Mosaic::kNone)
+    text += std::string(", halved by ") + (options_.ask.mosaic == MosaicGray::kAll ? "all four" : "the two green") +
+            " pixels of a cell";
+  else
+    text += plan_.format.zero_copy() ? ", read in place" : ", converted to grey";
   text += ", " + std::to_string(buffers_) + " buffers\n";
   text += "stamps    " + std::string(stream_.clock() == ClockId::kMonotonic ? "monotonic" : "of an unknown clock") +
           ", of the " + std::string(to_string(timing_.mark)) + (options_.stamp ? " (as configured)" : "") + "\n";

@@ -10,6 +10,7 @@
 #include "drivers/camera/camera.hpp"
 #include "drivers/camera/frame_pool.hpp"
 #include "drivers/camera/frame_sequence.hpp"
+#include "drivers/camera/gray_jpeg.hpp"
 #include "drivers/camera/stamp_gate.hpp"
 #include "drivers/camera/v4l2/v4l2_plan.hpp"
 #include "drivers/camera/v4l2/v4l2_stream.hpp"
@@ -25,7 +26,7 @@ struct V4l2CameraOptions {
 };
 
 // GREY and NV12 frames are the driver's own buffers, given back to it by give_back; other formats are converted once
-// into buffers of this class. Frames have the driver's clock; a driver that stamps nothing gives the time of arrival
+// into buffers of this class. A compressed frame that is not whole is a bad one, counted as an error buffer. Frames have the driver's clock; a driver that stamps nothing gives the time of arrival
 // (monotonic), and so does a stamp that says it is monotonic and cannot be true (stamp_gate.hpp; counted). Sequence numbers go on over their 32 bits, and over reconnects by the time that passed.
 // A device that goes away (or gives nothing for 20 periods, 2 s at least, without a trigger) is closed as soon as every
 // frame is given back, and opened again with the settings of the start, at most one try a call and five a second.
@@ -39,17 +40,21 @@ class V4l2Camera final : public Camera {
   [[nodiscard]] Capture next(CameraFrame& frame, Nanoseconds timeout) noexcept override;
   void give_back(const CameraFrame& frame) noexcept override;
   void stop() noexcept override;
-  [[nodiscard]] int width() const override { return plan_.settings.width; }
-  [[nodiscard]] int height() const override { return plan_.settings.height; }
+  [[nodiscard]] int width() const override { return plan_.settings.width / plan_.format.reduction(); }
+  [[nodiscard]] int height() const override { return plan_.settings.height / plan_.format.reduction(); }
   [[nodiscard]] int buffer_count() const override { return buffers_; }
   [[nodiscard]] bool live() const override { return true; }
   [[nodiscard]] FrameTiming timing() const override { return timing_; }
   [[nodiscard]] std::string summary() const override;
   [[nodiscard]] std::string last_words() const override;
   [[nodiscard]] std::vector<std::string> image_concerns() const override { return plan_.concerns; }
+  [[nodiscard]] Nanoseconds conversion_time() const override {
+    return Nanoseconds(conversions_ > 0 ? converting_ns_ / conversions_ : 0);
+  }
 
  private:
-  [[nodiscard]] int row_bytes() const { return plan_.settings.width * bytes_per_pixel(plan_.format.layout); }
+  [[nodiscard]] int least_stride() const { return row_bytes(plan_.format.layout, plan_.settings.width); }
+  [[nodiscard]] bool make_gray(const V4l2Taken& taken, std::uint32_t own_buffer) noexcept;
   [[nodiscard]] Capture take(CameraFrame& frame, std::uint32_t own_buffer) noexcept;
   [[nodiscard]] Capture recover(Nanoseconds timeout) noexcept;
   Capture lose(V4l2Failure why) noexcept;
@@ -63,6 +68,8 @@ class V4l2Camera final : public Camera {
   V4l2Plan plan_;
   FrameTiming timing_;
   FramePool own_;  // of converted images
+  std::unique_ptr<GrayJpegDecoder> jpeg_;
+  std::int64_t converting_ns_ = 0, conversions_ = 0;
   FrameSequence sequence_;
   StampGate gate_;
   int buffers_ = 0;

@@ -60,11 +60,12 @@ std::vector<V4l2Size> sizes_of(V4l2Port& port, std::uint32_t code) {
 
 std::string pixels_text(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
 
-std::string size_text(const V4l2Size& size) {
+// Of the grey image that is made of it.
+std::string size_text(const V4l2Size& size, int reduction) {
   std::string text;
   if (size.step_width != 0 && (size.least_width != size.width || size.least_height != size.height))
-    text = pixels_text(size.least_width, size.least_height) + " to ";
-  text += pixels_text(size.width, size.height);
+    text = pixels_text(size.least_width / reduction, size.least_height / reduction) + " to ";
+  text += pixels_text(size.width / reduction, size.height / reduction);
   const std::string rates = rates_text(size.rates);
   return rates.empty() ? text : text + " (" + rates + ")";
 }
@@ -152,9 +153,9 @@ std::string offers_text(const std::vector<V4l2Offer>& offers, const std::string&
       others += (others.empty() ? "" : ", ") + fourcc_text(offer.code);
       continue;
     }
-    std::string line = std::string(format->name);
+    std::string line = std::string(format->name) + (format->reduction() > 1 ? " (colour, halved)" : "");
     for (std::size_t i = 0; i < offer.sizes.size() && i < kShownSizes; ++i)
-      line += (i == 0 ? " " : ", ") + size_text(offer.sizes[i]);
+      line += (i == 0 ? " " : ", ") + size_text(offer.sizes[i], format->reduction());
     if (offer.sizes.size() > kShownSizes) line += ", " + std::to_string(offer.sizes.size() - kShownSizes) + " more";
     if (offer.sizes.empty() && !fallback.empty()) line += " " + fallback;
     text += (text.empty() ? "" : "\n") + margin + line;

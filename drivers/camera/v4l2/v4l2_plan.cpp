@@ -38,8 +38,6 @@ class Planner {
                      "srd-node --list-cameras shows what is there"};
     V4l2Settings& settings = plan_.settings;
     settings.multi_planar = plan_.identity.multi_planar();
-    settings.width = ask_.width;
-    settings.height = ask_.height;
     settings.buffers = ask_.buffers;
     if (auto done = look_at_input(); !done) return done.error();
     offers_ = offers_of(port_, settings.buffer_type());
@@ -49,6 +47,8 @@ class Planner {
     plan_.concerns = controls.concerns;
     plan_.exposure_ns = controls.exposure_ns;
     for (std::string& note : controls.notes) plan_.notes.push_back(std::move(note));
+    if (plan_.format.compressed())
+      plan_.concerns.push_back("frames are compressed (MJPG): corners scatter more than in an uncompressed format");
     return std::move(plan_);
   }
 
@@ -82,30 +82,51 @@ class Planner {
     return {};
   }
 
-  // The first format of the preferred order that the device has in the size wanted.
+  // Whether the device has the format in the size wanted, and not only slower than asked where the rate is known.
+  [[nodiscard]] bool fast_enough(const V4l2PixelFormat& format) const {
+    if (!ask_.rate_hz) return true;
+    for (const V4l2Offer& offer : offers_) {
+      if (offer.code != format.code) continue;
+      for (const V4l2Size& size : offer.sizes) {
+        if (size.width != ask_.width * format.reduction() || size.height != ask_.height * format.reduction()) continue;
+        if (size.rates.hz.empty() || size.rates.hz.back() > *ask_.rate_hz || same_rate(size.rates.hz.back(), *ask_.rate_hz))
+          return true;
+        return false;
+      }
+    }
+    return true;
+  }
+
+  // The first format of the preferred order that the device has in the size wanted; where another one is as fast as asked and
+  // it is not, that one.
   Outcome<void> choose_format() {
     V4l2Settings& settings = plan_.settings;
     bool named = false;  // the device has the format, in another size
     bool interlaced = false;
-    for (const V4l2PixelFormat& format : kV4l2Formats) {
-      if (ask_.format != "auto" && ask_.format != format.name) continue;
-      bool offered = false;
-      for (const V4l2Offer& offer : offers_) offered = offered || offer.code == format.code;
-      if (!offered) continue;
-      named = true;
-      settings.code = format.code;
-      const auto answer = tried(port_, settings);
-      if (!answer || answer->code != format.code) continue;
-      if (answer->width != ask_.width || answer->height != ask_.height) continue;
-      if (answer->field != V4L2_FIELD_NONE) {
-        interlaced = true;
-        continue;
+    for (const bool any_rate : {false, true})
+      for (const V4l2PixelFormat& format : kV4l2Formats) {
+        if (ask_.format != "auto" && ask_.format != format.name) continue;
+        bool offered = false;
+        for (const V4l2Offer& offer : offers_) offered = offered || offer.code == format.code;
+        if (!offered) continue;
+        named = true;
+        if (!any_rate && !fast_enough(format)) continue;
+        settings.code = format.code;
+        settings.compressed = format.compressed();
+        settings.width = ask_.width * format.reduction();
+        settings.height = ask_.height * format.reduction();
+        const auto answer = tried(port_, settings);
+        if (!answer || answer->code != format.code) continue;
+        if (answer->width != settings.width || answer->height != settings.height) continue;
+        if (answer->field != V4L2_FIELD_NONE) {
+          interlaced = true;
+          continue;
+        }
+        v4l2_format set = v4l2_format_request(settings);
+        if (const int error = port_.control(VIDIOC_S_FMT, &set); error != 0) return failed(V4l2Step::kFormat, error);
+        plan_.format = format;
+        return {};
       }
-      v4l2_format set = v4l2_format_request(settings);
-      if (const int error = port_.control(VIDIOC_S_FMT, &set); error != 0) return failed(V4l2Step::kFormat, error);
-      plan_.format = format;
-      return {};
-    }
     if (interlaced)
       return refused("the camera gives interlaced fields", "whole frames (progressive)",
                      "choose another input or mode of the device");

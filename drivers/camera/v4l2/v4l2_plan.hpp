@@ -17,7 +17,8 @@ namespace srd {
 struct V4l2Ask {
   std::string path;             // "/dev/video0"
   std::string format = "auto";  // a name of kV4l2Formats
-  int width = 0, height = 0;    // px
+  int width = 0, height = 0;    // px, of the grey image: half of a mosaic's
+  MosaicGray mosaic = MosaicGray::kGreen;
   std::optional<double> rate_hz;
   bool rate_required = false;  // a device that cannot do rate_hz to 1 % is refused; else its own rate is a note
   std::optional<std::int64_t> exposure_us;

@@ -21,7 +21,8 @@ struct V4l2Settings {
   static constexpr int kMaxControls = 20;
 
   std::uint32_t code = 0;       // V4L2_PIX_FMT_*
-  int width = 0, height = 0;    // px
+  int width = 0, height = 0;    // px, of the device's image
+  bool compressed = false;      // frames have no rows, and each its own length
   bool multi_planar = false;    // the device's kind of interface, not the format's
   bool detect_timings = false;  // an HDMI or SDI input: take the timings of what is plugged in
   bool set_interval = false;    // the device lets its frame rate be set

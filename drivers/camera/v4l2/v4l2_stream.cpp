@@ -57,8 +57,8 @@ V4l2Failure V4l2Stream::set_up(const V4l2Settings& settings, int least_stride) n
   multi_planar_ = settings.multi_planar;
   planes_ = std::clamp(layout.planes, 1, VIDEO_MAX_PLANES);
   stride_ = std::max(layout.stride_bytes, least_stride);
-  // The last row needs no padding.
-  image_bytes_ = static_cast<std::int64_t>(stride_) * (settings.height - 1) + least_stride;
+  // The last row needs no padding. What a compressed frame takes, its decoder knows.
+  image_bytes_ = settings.compressed ? 1 : static_cast<std::int64_t>(stride_) * (settings.height - 1) + least_stride;
 
   v4l2_requestbuffers request;
   std::memset(&request, 0, sizeof request);
@@ -132,7 +132,8 @@ V4l2Stream::Take V4l2Stream::take(V4l2Taken& taken) noexcept {
   slot.offset = multi_planar_ ? call.planes[0].data_offset : 0;
   const std::int64_t end = static_cast<std::int64_t>(slot.offset) + image_bytes_;
   taken.damaged = (call.buffer.flags & V4L2_BUF_FLAG_ERROR) != 0 || static_cast<std::int64_t>(used) < end ||
-                  static_cast<std::int64_t>(slot.region.size()) < end;
+                  static_cast<std::int64_t>(slot.region.size()) < std::max<std::int64_t>(end, used);
+  taken.bytes = used > slot.offset ? used - slot.offset : 0;
   const std::lock_guard lock(mutex_);
   slot.holder = Holder::kCaller;
   return Take::kTaken;

@@ -21,6 +21,7 @@ struct V4l2Taken {
   std::uint32_t buffer = 0;
   std::uint32_t sequence = 0;  // the driver's, 32 bits
   std::int64_t stamp_ns = 0;   // of clock(); 0: none
+  std::uint32_t bytes = 0;     // from the image's beginning
   bool damaged = false;        // marked so, or shorter than an image
 };
 
@@ -34,7 +35,7 @@ class V4l2Stream {
   V4l2Stream(const V4l2Stream&) = delete;
   V4l2Stream& operator=(const V4l2Stream&) = delete;
 
-  // On an open device. After a failure nothing is held. least_stride: bytes of a row of pixels.
+  // On an open device. After a failure nothing is held. least_stride: bytes of a row of pixels; 0 when compressed.
   [[nodiscard]] V4l2Failure start(const V4l2Settings& settings, int least_stride) noexcept;
   // Ends the stream, undoes the mappings and closes the device. Only when borrowed() is 0: borrowed images vanish.
   void stop() noexcept;
