@@ -15,6 +15,8 @@
 #include "firmware/node/node.hpp"
 #include "firmware/service/last_end.hpp"
 #include "firmware/service/stop_signals.hpp"
+#include "firmware/stills/still_requests.hpp"
+#include "firmware/stills/stills.hpp"
 #include "firmware/strobe/lines_low.hpp"
 
 namespace {
@@ -41,9 +43,10 @@ int fail(const srd::Problem& problem) {
 }
 
 struct Arguments {
-  std::string config, camera, host, truth, record, state;
+  std::string config, camera, host, truth, record, state, stills;
   std::vector<std::string> rates;
-  std::uint64_t frames = 0;
+  std::uint64_t frames = 0, count = 0;
+  std::optional<double> every_s;
   bool check = false, strobe_low = false, list = false, force = false, doctor = false;
 };
 
@@ -162,6 +165,20 @@ int examine(const Arguments& arguments) {
   return static_cast<int>(diagnosis.exit());
 }
 
+int take_stills(const Arguments& arguments, const srd::firmware::NodeConfig& config) {
+  srd::firmware::StillRequests requests;
+  srd::firmware::StillsOptions options;
+  options.folder = arguments.stills;
+  options.every_s = arguments.every_s;
+  options.count = arguments.count;
+  options.asked = [&requests] { return requests.asked(); };
+  options.notify = [](const std::string& lines) { std::fputs(lines.c_str(), stderr); };
+  std::fprintf(stderr, "stills    to %s; Enter takes one, and so does kill -USR1 %d; Ctrl-C ends\n", arguments.stills.c_str(),
+               static_cast<int>(::getpid()));
+  const auto report = srd::firmware::run_stills(config, options, stop_requested);
+  return report ? 0 : fail(report.error());
+}
+
 int run(const Arguments& arguments) {
   if (arguments.list) {
     std::fputs(srd::firmware::list_cameras().c_str(), stdout);
@@ -179,6 +196,7 @@ int run(const Arguments& arguments) {
     return low ? 0 : fail(low.error());
   }
   if (auto overridden = override_config(arguments, *config); !overridden) return fail(overridden.error());
+  if (!arguments.stills.empty()) return take_stills(arguments, *config);
   if (auto good = check_host(arguments, *config); !good) return fail(good.error());
   const auto last_end = srd::firmware::LastEnd::open(arguments.check ? "" : config->state);
   if (!last_end) return fail(last_end.error());
@@ -209,13 +227,14 @@ int main(int argc, char** argv) {
   CLI::App app{"Measures the water surface in front of one camera and sends its coefficients to the host."};
   app.set_version_flag("--version", SRD_VERSION);
   Arguments arguments;
-  app.add_option("--config", arguments.config, "configuration, TOML");
-  app.add_option("--camera", arguments.camera, srd::firmware::CameraSource::kinds() + ", instead of the file's");
+  app.add_option("--config", arguments.config, "Configuration, TOML");
+  app.add_option("--camera", arguments.camera, "Camera instead of the file's: " + srd::firmware::CameraSource::kinds());
   app.add_option("--host", arguments.host, "ADDR:PORT of srd listen, instead of the file's");
-  app.add_option("--frames", arguments.frames, "end after so many frames")->check(CLI::PositiveNumber);
-  app.add_option("--rate", arguments.rates,
-                 "camera: at the recorded rate; max: as fast as possible, dropping nothing; HZ: times of a recording follow "
-                 "from its sequence at this rate, those in frames.csv are not used. HZ and max may both be given")
+  app.add_option("--frames", arguments.frames, "End after so many frames")->check(CLI::PositiveNumber);
+  app.add_option(
+         "--rate", arguments.rates,
+         "How fast. camera: at the recorded rate; max: as fast as possible, dropping nothing; HZ: times of a recording follow "
+         "from its sequence at this rate, those in frames.csv are not used. HZ and max may both be given")
       ->expected(1)
       ->take_all()
       ->check(CLI::Validator(
@@ -226,14 +245,24 @@ int main(int argc, char** argv) {
             return text + " is not camera, max or a rate from 0.001 to 10000 Hz";
           },
           "", "rate"));
-  app.add_option("--truth", arguments.truth, "with the simulator: write the true surfaces to this CSV file");
-  app.add_option("--record", arguments.record, "keep the camera's frames in this folder, which can be replayed");
-  app.add_flag("--force", arguments.force, "with --record: replace a recording that is there");
-  app.add_option("--state", arguments.state, "folder that keeps how the last run ended, instead of the file's");
-  app.add_flag("--check-config", arguments.check, "read everything the configuration names, then end");
-  app.add_flag("--doctor", arguments.doctor, "examine camera, GPIO, clock, permissions, network and disk, say what to do");
-  app.add_flag("--strobe-low", arguments.strobe_low, "switch the configuration's strobe and trigger lines off, then end");
-  app.add_flag("--list-cameras", arguments.list, "the kinds of camera, and the cameras that are there");
+  app.add_option("--truth", arguments.truth, "With the simulator: write the true surfaces to this CSV file");
+  app.add_option("--record", arguments.record, "Keep the camera's frames in this folder, which can be replayed");
+  app.add_flag("--force", arguments.force, "With --record: replace a recording that is there");
+  CLI::Option* stills =
+      app.add_option("--stills", arguments.stills,
+                     "Take images for srd calibrate and srd pose into this folder, each of a board that is sharp "
+                     "and stands still; measure nothing");
+  app.add_option("--every", arguments.every_s, "With --stills: take one every so many seconds, not only when asked")
+      ->needs(stills)
+      ->check(CLI::Range(0.1, 86400.0));
+  app.add_option("--count", arguments.count, "With --stills: end after so many")->needs(stills)->check(CLI::PositiveNumber);
+  app.add_option("--state", arguments.state, "Folder that keeps how the last run ended, instead of the file's");
+  app.add_flag("--check-config", arguments.check, "Read everything the configuration names, then end");
+  app.add_flag("--doctor", arguments.doctor, "Examine camera, GPIO, clock, permissions, network and disk, say what to do");
+  app.add_flag("--strobe-low", arguments.strobe_low, "Switch the configuration's strobe and trigger lines off, then end");
+  app.add_flag("--list-cameras", arguments.list, "The kinds of camera, and the cameras that are there");
+  for (const char* other : {"--record", "--frames", "--truth", "--check-config", "--doctor"})
+    stills->excludes(app.get_option(other));
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

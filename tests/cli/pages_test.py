@@ -28,7 +28,8 @@ PLACEHOLDERS = {"SETTINGS.xml": "settings.xml", "SCENE.toml": "scene.toml", "EST
                 "FILE.csv": "run.csv", "FILE": "flume.toml", "DIR": "out", "IMAGES..": "views", "REFERENCE.png": "rec/reference.png",
                 "LATER.png": "rec/reference.png", "CALIBRATION.yml": "rec/calibration.yml", "POINTS.txt": "rec/points.txt"}
 # The doctor ends with 4 where it finds something amiss, as the recording of make_place() lets it.
-CODES = {"--doctor": (0, 4)}
+# The water of the recording moves, so no still is taken of it.
+CODES = {"--doctor": (0, 4), "--stills": (3,)}
 LONGEST_S = 60
 
 
