@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "drivers/camera/libcamera/libcamera_environment.hpp"
 #include "drivers/support/formatted.hpp"
 #include "firmware/config/strobe_factory.hpp"
 #include "firmware/doctor/doctor.hpp"
@@ -130,6 +131,14 @@ void judge_conversion(const Camera& camera, double rate_hz, Diagnosis& diagnosis
     diagnosis.ok("conversion to grey", found);
 }
 
+void judge_libcamera(bool trigger_input, Diagnosis& diagnosis) {
+  for (const LibcameraSetting& setting : libcamera_settings(trigger_input))
+    if (setting.advice.empty())
+      diagnosis.ok(setting.subject, setting.found);
+    else
+      diagnosis.warn(setting.subject, setting.found, setting.advice);
+}
+
 void judge_stamps(const CameraCounters& faults, Diagnosis& diagnosis) {
   const std::uint64_t bad = faults.bad_stamps.load(std::memory_order_relaxed);
   if (bad == 0) return;
@@ -226,7 +235,9 @@ void find_pattern(const NodeConfig& config, Instrument& instrument, LitFrames& f
 void check_camera(const NodeConfig& config, Instrument& instrument, const OpenLight& open_light, const DoctorOptions& options,
                   Diagnosis& diagnosis) {
   Camera& camera = *instrument.camera;
-  if (auto started = camera.start(); !started) {
+  const auto started = camera.start();
+  if (config.camera->kind == "libcamera") judge_libcamera(config.live.trigger_input, diagnosis);
+  if (!started) {
     diagnosis.fail("camera", started.error());
     return;
   }

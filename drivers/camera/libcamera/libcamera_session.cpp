@@ -12,6 +12,7 @@
 #include <ctime>
 
 #include "drivers/camera/libcamera/libcamera_choice.hpp"
+#include "drivers/camera/libcamera/libcamera_environment.hpp"
 #include "drivers/camera/libcamera/libcamera_image.hpp"
 #include "drivers/camera/libcamera/libcamera_version.hpp"
 #include "drivers/support/system_clock.hpp"
@@ -57,11 +58,12 @@ T inside(const libcamera::ControlInfoMap& known, const libcamera::Control<T>& co
 
 }  // namespace
 
-std::shared_ptr<libcamera::CameraManager> camera_manager(int& error) {
+std::shared_ptr<libcamera::CameraManager> camera_manager(int& error, bool trigger_input) {
   static std::mutex mutex;
   static std::weak_ptr<libcamera::CameraManager> shared;
   const std::lock_guard lock(mutex);
   if (auto running = shared.lock()) return running;
+  prepare_libcamera(trigger_input);
   auto made = std::shared_ptr<libcamera::CameraManager>(new libcamera::CameraManager(), [](libcamera::CameraManager* manager) {
     manager->stop();
     delete manager;
@@ -106,7 +108,7 @@ Outcome<void> LibcameraSession::set_up(const LibcameraOptions& options) {
   if (!wakeup_.valid()) wakeup_.reset(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC));
   if (!wakeup_.valid()) return trouble(options, "libcamera's frames cannot be waited for", errno);
   int failure = 0;
-  manager_ = camera_manager(failure);
+  manager_ = camera_manager(failure, options.trigger_input);
   if (!manager_) return trouble(options, "libcamera does not start", failure);
   const auto cameras = manager_->cameras();
   if (options.id.empty() ? cameras.empty() : manager_->get(options.id) == nullptr) {

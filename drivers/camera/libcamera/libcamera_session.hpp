@@ -23,7 +23,8 @@ namespace srd {
 
 // A process has one camera manager at most; this one lives as long as somebody holds it. Null: it does not start, and error
 // is an errno.
-[[nodiscard]] std::shared_ptr<libcamera::CameraManager> camera_manager(int& error);
+// What it takes from the environment: libcamera_environment.hpp, for the first one.
+[[nodiscard]] std::shared_ptr<libcamera::CameraManager> camera_manager(int& error, bool trigger_input = false);
 
 // What libcamera's thread hands over.
 struct CompletedRequest {
