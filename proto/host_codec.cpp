@@ -51,6 +51,9 @@ std::optional<CoefficientFrame> read(const wire::CoefficientFrame& from, const S
   const wire::SurfaceModel& model = from.model();
   to.model = {*modes, model.lx_mm(), model.ly_mm(), model.x0_mm(), model.y0_mm()};
   to.refractive_index = model.refractive_index();
+  if (model.plate_mm_size() != model.plate_index_size()) return std::nullopt;
+  for (int i = 0; i < model.plate_mm_size(); ++i)
+    if (!to.plates.push({model.plate_mm(i), model.plate_index(i)})) return std::nullopt;
   to.centre_x_mm = model.centre_x_mm();
   to.centre_y_mm = model.centre_y_mm();
   to.pattern_x_mm = model.pattern_x_mm();

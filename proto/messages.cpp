@@ -1,18 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/messages.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace srd::proto {
 namespace {
 
 constexpr float kMinLength = 1e-3f, kMaxLength = 1e6f;  // mm
+constexpr float kMaxPlate = 1000, kMaxPlateIndex = 3;   // mm; as configurations and model files have it
 
 bool finite(float x) { return std::isfinite(x); }
 bool positive(float x) { return finite(x) && x > 0; }
 bool is_length(float x) { return x >= kMinLength && x <= kMaxLength; }
 bool is_place(float x) { return x >= -kMaxLength && x <= kMaxLength; }
 bool not_negative(float x) { return finite(x) && x >= 0; }
+
+bool valid(const dsp::Layer<float>& plate) {
+  return plate.thickness >= 0 && plate.thickness <= kMaxPlate && plate.index >= 1 && plate.index <= kMaxPlateIndex;
+}
 
 bool valid(const Stamp& stamp) { return stamp.clock <= ClockId::kRecording; }
 
@@ -85,6 +91,7 @@ bool valid(const CoefficientFrame& frame) {
   const auto coefficients = static_cast<int>(frame.coefficients.size());
   return valid(frame.stamp) && valid(frame.status) && n > 0 && is_length(frame.model.lx) && is_length(frame.model.ly) &&
          is_place(frame.model.x0) && is_place(frame.model.y0) && frame.refractive_index >= 1 && frame.refractive_index <= 2 &&
+         std::all_of(frame.plates.begin(), frame.plates.end(), [](const auto& plate) { return valid(plate); }) &&
          is_place(frame.centre_x_mm) && is_place(frame.centre_y_mm) && not_negative(frame.pattern_x_mm) &&
          frame.pattern_x_mm <= kMaxLength && not_negative(frame.pattern_y_mm) && frame.pattern_y_mm <= kMaxLength &&
          (coefficients == 0 || coefficients == n) && frame.coefficients.allFinite() && valid(frame.information) &&

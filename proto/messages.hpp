@@ -8,6 +8,7 @@
 
 #include "dsp/core/time.hpp"
 #include "dsp/estimate/estimator/estimator.hpp"
+#include "dsp/optics/media.hpp"
 #include "dsp/optics/surface_model.hpp"
 #include "proto/identity.hpp"
 #include "proto/information.hpp"
@@ -70,12 +71,13 @@ struct NodeHeader {
 struct CoefficientFrame {
   Stamp stamp;  // middle of the light that made the image
   FrameStatus status = FrameStatus::kSearching;
-  dsp::SurfaceModel<float> model;            // always; at least one mode
-  float refractive_index = 1;                // of the water, 1 to 2
-  float centre_x_mm = 0, centre_y_mm = 0;    // of the pattern
-  float pattern_x_mm = 0, pattern_y_mm = 0;  // its size along X and Y; 0: not known
-  dsp::Coefficients<float> coefficients;     // mm; empty: no surface
-  InformationFactor information;             // size 0: not known
+  dsp::SurfaceModel<float> model;                        // always; at least one mode
+  float refractive_index = 1;                            // of the water, 1 to 2
+  FixedList<dsp::Layer<float>, dsp::kMaxLayers> plates;  // on the pattern, from the top down
+  float centre_x_mm = 0, centre_y_mm = 0;                // of the pattern
+  float pattern_x_mm = 0, pattern_y_mm = 0;              // its size along X and Y; 0: not known
+  dsp::Coefficients<float> coefficients;                 // mm; empty: no surface
+  InformationFactor information;                         // size 0: not known
   dsp::Metric metric = dsp::Metric::kReprojection;
   float mean_error = 0;  // in the metric's unit
   float reprojection_rms_px = 0;

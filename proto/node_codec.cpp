@@ -49,6 +49,10 @@ void fill(const CoefficientFrame& from, srd_wire_SurfaceModel& to) {
   to.x0_mm = from.model.x0;
   to.y0_mm = from.model.y0;
   to.refractive_index = from.refractive_index;
+  for (const dsp::Layer<float>& plate : from.plates) {
+    to.plate_mm[to.plate_mm_count++] = plate.thickness;
+    to.plate_index[to.plate_index_count++] = plate.index;
+  }
   to.centre_x_mm = from.centre_x_mm;
   to.centre_y_mm = from.centre_y_mm;
   to.pattern_x_mm = from.pattern_x_mm;

@@ -80,6 +80,7 @@ class SurfaceTracker {
 
   [[nodiscard]] const Pattern& pattern() const { return pattern_; }
   [[nodiscard]] const SurfaceModel<S>& model() const { return estimator_.model(); }
+  [[nodiscard]] const Media<S>& media() const { return estimator_.media(); }
   [[nodiscard]] Metric metric() const { return estimator_.metric(); }
 
  private:

@@ -267,7 +267,6 @@ Outcome<Instrument> make_instrument(const NodeConfig& config, FrameDeadline::Clo
                    ""};
   instrument.tracker = std::make_unique<dsp::SurfaceTracker<float>>(std::move(tracker).value());
   instrument.rig = {*rig.calibration, *rig.pose, *rig.points, {water->media, *wanted}};
-  instrument.refractive_index = water->media.water;
   instrument.width = setup.width;
   instrument.height = setup.height;
 

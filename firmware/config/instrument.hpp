@@ -15,7 +15,6 @@ struct Instrument {
   std::unique_ptr<Camera> camera;           // not started
   std::unique_ptr<FrameDeadline> deadline;  // that the tracker asks; none: no limit
   std::unique_ptr<dsp::SurfaceTracker<float>> tracker;
-  double refractive_index = 1;
   int width = 0, height = 0;   // px, of the calibration
   std::optional<Scene> scene;  // what the simulator renders; none for other cameras
   RecordedRig rig;             // where the camera is and what it looks at, as read

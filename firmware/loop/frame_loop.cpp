@@ -60,7 +60,9 @@ FrameLoop::FrameLoop(Camera& camera, dsp::SurfaceTracker<float>& tracker, const 
       patience_after_stop_(kPatienceAfterStop) {
   record_.model = tracker.model();
   record_.metric = tracker.metric();
-  record_.refractive_index = static_cast<float>(options.refractive_index);
+  record_.refractive_index = tracker.media().water;
+  for (int i = 0; i < tracker.media().n_layers; ++i)
+    (void)record_.plates.push(tracker.media().layers[static_cast<std::size_t>(i)]);
   const dsp::Vec2<double> centre = tracker.pattern().centre();
   record_.centre_x_mm = static_cast<float>(centre.x());
   record_.centre_y_mm = static_cast<float>(centre.y());

@@ -47,8 +47,7 @@ using RecordSink = std::function<bool(const proto::CoefficientFrame&)>;
 using OnFrame = std::function<void(const CameraFrame&)>;
 
 struct FrameLoopOptions {
-  std::uint64_t frames = 0;  // end after so many records; 0: at the camera's end
-  double refractive_index = 1;
+  std::uint64_t frames = 0;           // end after so many records; 0: at the camera's end
   FrameDeadline* deadline = nullptr;  // that the tracker asks; started with every frame
   OnFrame on_frame{};                 // may be none
   FrameLight* light = nullptr;        // the strobe; none: frames keep the camera's labels

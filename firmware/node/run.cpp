@@ -51,7 +51,6 @@ NodeRun::NodeRun(Instrument& instrument, StartedNode node, const RunOptions& opt
 FrameLoopOptions NodeRun::loop_options() const {
   FrameLoopOptions options;
   options.frames = options_.frames;
-  options.refractive_index = instrument_.refractive_index;
   options.deadline = instrument_.deadline.get();
   if (FrameRecorder* recorder = node_.recording.recorder.get(); recorder != nullptr)
     options.on_frame = [recorder, wait = !camera_.live()](const CameraFrame& frame) { recorder->take(frame, wait); };

@@ -61,6 +61,7 @@ Outcome<std::optional<RunGeometry>> resolve_geometry(const CoefficientRun& run, 
   if (*model_file) {
     geometry.model = (*model_file)->model;
     geometry.refractive_index = (*model_file)->refractive_index;
+    geometry.plates = (*model_file)->plates;
   } else if (!options.lx || !options.ly) {
     return Problem{Exit::kUsage,
                    "the surface model's lengths are not known",

@@ -96,7 +96,8 @@ std::vector<std::pair<std::string, std::string>> facts_of(const PlotInput& input
     facts.emplace_back("Model", std::to_string(run.modes.size()) + " modes, Lx " + formatted("%.6g", g.model.lx) + " mm, Ly " +
                                     formatted("%.6g", g.model.ly) + " mm, origin (" + formatted("%.6g", g.model.x0) + ", " +
                                     formatted("%.6g", g.model.y0) + ") mm");
-    if (g.refractive_index) facts.emplace_back("Refractive index", formatted("%.5f", *g.refractive_index));
+    if (g.refractive_index)
+      facts.emplace_back("Refractive index", formatted("%.5f, ", *g.refractive_index) + plates_text(g.plates));
   }
   return facts;
 }

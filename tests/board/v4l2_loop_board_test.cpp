@@ -206,20 +206,19 @@ TEST(V4l2LoopBoard, MeasuresLiveFramesWithoutHeapAndPageFaults) {
   std::uint64_t records = 0, near_level = 0;
   long process_before = 0, process_after = -1, capture_before = 0, capture_after = -1;
   std::atomic<firmware::FrameLoop*> running{nullptr};
-  firmware::FrameLoop loop(*instrument->camera, *instrument->tracker, {0, instrument->refractive_index},
-                           [&](const proto::CoefficientFrame& record) {
-                             ++records;
-                             if (record.coefficients.size() > 0 && std::abs(record.coefficients[0] - 80) < 8) ++near_level;
-                             if (records == kWarm) {
-                               process_before = faults_of(this_thread());
-                               capture_before = faults_of(capture_thread);
-                             } else if (records == kRecords) {
-                               process_after = faults_of(this_thread());
-                               capture_after = faults_of(capture_thread);
-                               running.load()->stop();
-                             }
-                             return true;
-                           });
+  firmware::FrameLoop loop(*instrument->camera, *instrument->tracker, {}, [&](const proto::CoefficientFrame& record) {
+    ++records;
+    if (record.coefficients.size() > 0 && std::abs(record.coefficients[0] - 80) < 8) ++near_level;
+    if (records == kWarm) {
+      process_before = faults_of(this_thread());
+      capture_before = faults_of(capture_thread);
+    } else if (records == kRecords) {
+      process_after = faults_of(this_thread());
+      capture_after = faults_of(capture_thread);
+      running.load()->stop();
+    }
+    return true;
+  });
   running = &loop;
   std::int64_t taken_by_capture = -1, taken_by_process = -1;
   std::thread capture([&] {

@@ -47,11 +47,10 @@ std::vector<proto::CoefficientFrame> run(Instrument& instrument, std::uint64_t f
   const auto started = instrument.camera->start();
   EXPECT_TRUE(started.ok()) << started.error().text();
   std::vector<proto::CoefficientFrame> records;
-  FrameLoop loop(*instrument.camera, *instrument.tracker, {frames, instrument.refractive_index},
-                 [&](const proto::CoefficientFrame& record) {
-                   records.push_back(record);
-                   return true;
-                 });
+  FrameLoop loop(*instrument.camera, *instrument.tracker, {.frames = frames}, [&](const proto::CoefficientFrame& record) {
+    records.push_back(record);
+    return true;
+  });
   return run(*instrument.camera, loop, records);
 }
 
@@ -86,11 +85,10 @@ TEST(FrameLoop, TheDeadlineEndsAFitWithTheBestSurfaceSoFarAndSaysSo) {
     const auto started = made->camera->start();
     ASSERT_TRUE(started.ok());
     std::vector<proto::CoefficientFrame> records;
-    FrameLoop loop(*made->camera, *made->tracker, {kFrames, made->refractive_index, made->deadline.get()},
-                   [&](const proto::CoefficientFrame& record) {
-                     records.push_back(record);
-                     return true;
-                   });
+    FrameLoop loop(*made->camera, *made->tracker, {kFrames, made->deadline.get()}, [&](const proto::CoefficientFrame& record) {
+      records.push_back(record);
+      return true;
+    });
     run(*made->camera, loop, records);
     ASSERT_EQ(records.size(), static_cast<std::size_t>(kFrames));
     // The first frame searches the whole image: no deadline.
@@ -204,7 +202,7 @@ TEST(FrameLoop, FaultsAreCountedAndSurvived) {
   FaultyCamera camera;
   ASSERT_TRUE(camera.start().ok());
   std::vector<proto::CoefficientFrame> records;
-  FrameLoop loop(camera, *instrument.tracker, {0, 1.333}, [&](const proto::CoefficientFrame& record) {
+  FrameLoop loop(camera, *instrument.tracker, {}, [&](const proto::CoefficientFrame& record) {
     records.push_back(record);
     return true;
   });
@@ -250,7 +248,7 @@ TEST(FrameLoop, ALateFrameIsNoGapOfTheSource) {
   Instrument instrument = instrument_of(kSimulated);
   HastyCamera camera;
   std::vector<proto::CoefficientFrame> records;
-  FrameLoop loop(camera, *instrument.tracker, {0, 1.333}, [&](const proto::CoefficientFrame& record) {
+  FrameLoop loop(camera, *instrument.tracker, {}, [&](const proto::CoefficientFrame& record) {
     records.push_back(record);
     return true;
   });
@@ -264,12 +262,25 @@ TEST(FrameLoop, ALateFrameIsNoGapOfTheSource) {
   EXPECT_EQ(camera.returned, HastyCamera::kFrames);
 }
 
+TEST(FrameLoop, RecordsSayWhatTheLightGoesThrough) {
+  Instrument instrument = instrument_of(std::string(kSimulated) +
+                                        "[water]\nrefractive_index = 1.34\n[[water.plate]]\nthickness_mm = 12\nindex = 1.49\n"
+                                        "[[water.plate]]\nthickness_mm = 0.5\nindex = 1\n");
+  const auto records = run(instrument, 1);
+  ASSERT_EQ(records.size(), 1u);
+  EXPECT_EQ(records[0].refractive_index, 1.34f);
+  ASSERT_EQ(records[0].plates.size(), 2u);
+  EXPECT_EQ(records[0].plates[0].thickness, 12);
+  EXPECT_EQ(records[0].plates[0].index, 1.49f);
+  EXPECT_EQ(records[0].plates[1].thickness, 0.5f);
+}
+
 TEST(FrameLoop, ARecordThatFindsNoRoomIsOfferedAgain) {
   Instrument instrument = instrument_of(kRecorded, fakes::test_data().string() + "/flume-small");
   ASSERT_TRUE(instrument.camera->start().ok());
   std::vector<proto::CoefficientFrame> records;
   int refused = 0;
-  FrameLoop loop(*instrument.camera, *instrument.tracker, {0, 1.333}, [&](const proto::CoefficientFrame& record) {
+  FrameLoop loop(*instrument.camera, *instrument.tracker, {}, [&](const proto::CoefficientFrame& record) {
     if (++refused % 3 != 0) return false;
     records.push_back(record);
     return true;
@@ -283,7 +294,7 @@ TEST(FrameLoop, ARecordingWhoseHostIsGoneEndsAfterStopAndCountsWhatItGaveUp) {
   ASSERT_TRUE(instrument.camera->start().ok());
   FrameLoop* running = nullptr;
   int offers = 0;
-  FrameLoop loop(*instrument.camera, *instrument.tracker, {0, 1.333}, [&](const proto::CoefficientFrame&) {
+  FrameLoop loop(*instrument.camera, *instrument.tracker, {}, [&](const proto::CoefficientFrame&) {
     if (++offers == 3) running->stop();
     return false;
   });
@@ -299,7 +310,7 @@ TEST(FrameLoop, ALiveCameraDoesNotWaitForRoom) {
   Instrument instrument = instrument_of(kSimulated);
   HastyCamera camera;
   int offers = 0;
-  FrameLoop loop(camera, *instrument.tracker, {0, 1.333}, [&](const proto::CoefficientFrame&) { return ++offers == 0; });
+  FrameLoop loop(camera, *instrument.tracker, {}, [&](const proto::CoefficientFrame&) { return ++offers == 0; });
   loop.capture();
   loop.process();
   EXPECT_EQ(offers, 1);
@@ -311,7 +322,7 @@ TEST(FrameLoop, EndsSoonAfterStop) {
   ASSERT_TRUE(instrument.camera->start().ok());
   std::vector<proto::CoefficientFrame> records;
   FrameLoop* running = nullptr;
-  FrameLoop loop(*instrument.camera, *instrument.tracker, {0, 1.333}, [&](const proto::CoefficientFrame& record) {
+  FrameLoop loop(*instrument.camera, *instrument.tracker, {}, [&](const proto::CoefficientFrame& record) {
     records.push_back(record);
     if (records.size() == 5) running->stop();
     return true;
@@ -328,7 +339,7 @@ TEST(SlowFrameLoop, TakesNothingFromTheHeapInAThousandFrames) {
   Instrument instrument = instrument_of(kSimulated);
   ASSERT_TRUE(instrument.camera->start().ok());
   std::uint64_t taken = 0;
-  FrameLoop loop(*instrument.camera, *instrument.tracker, {1000, 1.333}, [&](const proto::CoefficientFrame&) {
+  FrameLoop loop(*instrument.camera, *instrument.tracker, {.frames = 1000}, [&](const proto::CoefficientFrame&) {
     ++taken;
     return true;
   });

@@ -31,7 +31,7 @@ Instrument instrument_of(const std::optional<CameraSource>& source = {}) {
 
 std::vector<proto::CoefficientFrame> run(Instrument& instrument, std::uint64_t frames, FrameRecorder* recorder) {
   std::vector<proto::CoefficientFrame> records;
-  FrameLoopOptions options{frames, instrument.refractive_index};
+  FrameLoopOptions options{.frames = frames};
   if (recorder != nullptr) options.on_frame = [recorder](const CameraFrame& frame) { recorder->take(frame, true); };
   FrameLoop loop(*instrument.camera, *instrument.tracker, options, [&](const proto::CoefficientFrame& record) {
     records.push_back(record);

@@ -202,7 +202,6 @@ TEST(FrameLoop, DarkFramesYieldARecordWithoutProcessing) {
   EveryOther light;
   FrameLoopOptions options;
   options.frames = 8;
-  options.refractive_index = 1.333;
   options.light = &light;
   std::vector<proto::CoefficientFrame> records;
   FrameLoop loop(*instrument->camera, *instrument->tracker, options, [&](const proto::CoefficientFrame& record) {

@@ -81,7 +81,6 @@ TEST(FrameLoop, AStrobeRunsBesideItAndLabelsItsFrames) {
   ASSERT_TRUE(camera.start().ok());
   FrameLoopOptions options;
   options.frames = kFrames;
-  options.refractive_index = 1.333;
   options.light = &strobe;
   std::uint64_t dark = 0, lit = 0;
   FrameLoop loop(camera, *instrument->tracker, options, [&](const proto::CoefficientFrame& record) {

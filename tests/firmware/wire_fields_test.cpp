@@ -28,7 +28,9 @@ namespace srd::firmware {
 namespace {
 
 constexpr std::int64_t kSecondNs = 1'000'000'000;
-constexpr const char* kNode = "[camera]\nsource = \"simulator\"\n[surface]\nguess_mm = [79]\nx0_mm = 1\ny0_mm = 2\n";
+constexpr const char* kNode =
+    "[camera]\nsource = \"simulator\"\n[surface]\nguess_mm = [79]\nx0_mm = 1\ny0_mm = 2\n[[water.plate]]\nthickness_mm = "
+    "5\nindex = 1.49\n";
 
 using google::protobuf::Descriptor;
 using google::protobuf::FieldDescriptor;
@@ -216,7 +218,6 @@ TEST_F(WireFields, AreAllFilledBySomethingThatANodeRuns) {
   sending.ring_frames = 60;  // fewer than there are records: the oldest are lost
   Sender sender(sending);
   FrameLoopOptions options;
-  options.refractive_index = instrument->refractive_index;
   options.on_frame = [&](const CameraFrame& frame) {
     if (frame.strobe == StrobePhase::kDark) return;
     (*recorder)->take(frame, true);
@@ -243,7 +244,7 @@ TEST_F(WireFields, AreAllFilledBySomethingThatANodeRuns) {
   OverrunCamera live;
   auto other = make_instrument(*config);
   ASSERT_TRUE(other.ok());
-  FrameLoop overrun(live, *other->tracker, {0, 1.333}, [](const proto::CoefficientFrame&) { return false; });
+  FrameLoop overrun(live, *other->tracker, {}, [](const proto::CoefficientFrame&) { return false; });
   overrun.capture();  // all of them, before the first is processed
   overrun.process();
 

@@ -39,6 +39,7 @@ proto::CoefficientFrame frame_of(int parameters, float height) {
   frame.model.lx = 200;
   frame.model.ly = 400;
   frame.refractive_index = 1.333f;
+  (void)frame.plates.push({12.7f, 1.49f});
   frame.centre_x_mm = 100;
   frame.centre_y_mm = 200;
   frame.pattern_x_mm = 180;
@@ -232,6 +233,7 @@ TEST(CoefficientFile, SaysWhichModelTheRowsBelongTo) {
   EXPECT_EQ(model->model.lx, 200);
   EXPECT_EQ(model->model.ly, 400);
   EXPECT_EQ(model->refractive_index, 1.333);
+  EXPECT_TRUE(same_plates(model->plates, {{12.7, 1.49}})) << plates_text(model->plates);
   EXPECT_EQ(model->pattern, (PatternExtent{10, 190, 20, 380}));
   // The same again says nothing; another model is noted.
   const auto record = open(file, OpenMode::kAppend);

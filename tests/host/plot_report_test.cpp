@@ -93,6 +93,18 @@ TEST_F(PlotReport, WritesEveryFigureAndAPageThatNeedsNothingElse) {
     EXPECT_EQ(std::string::npos, page.find(outside)) << outside;
 }
 
+TEST_F(PlotReport, NamesWhatTheLightWentThrough) {
+  PlotOptions o = options(frames());
+  (void)folder_.write(
+      "run.csv.model.toml",
+      model_file_text(
+          {{{"flume-1", {*dsp::ModeList::standard(3), 100, 200, 0, 0}, 1.34, PatternExtent{0, 100, 0, 200}, {{12, 1.49}}}}}));
+  const auto files = plot(o);
+  ASSERT_TRUE(files) << files.error().text();
+  const std::string page = contents(files->written[0]);
+  EXPECT_NE(std::string::npos, page.find("1.34000, floor plates 12 mm of index 1.49")) << page.substr(0, 2000);
+}
+
 TEST_F(PlotReport, LinesStopAtGaps) {
   const auto run = read_coefficient_run(options(frames()).file, "");
   ASSERT_TRUE(run);

@@ -33,6 +33,9 @@ void expect_same(const CoefficientFrame& a, const CoefficientFrame& b) {
   RC_ASSERT(a.model.modes == b.model.modes);
   RC_ASSERT(a.model.lx == b.model.lx && a.model.ly == b.model.ly && a.model.x0 == b.model.x0 && a.model.y0 == b.model.y0);
   RC_ASSERT(a.refractive_index == b.refractive_index);
+  RC_ASSERT(a.plates.size() == b.plates.size());
+  for (std::size_t i = 0; i < a.plates.size(); ++i)
+    RC_ASSERT(a.plates[i].thickness == b.plates[i].thickness && a.plates[i].index == b.plates[i].index);
   RC_ASSERT(a.centre_x_mm == b.centre_x_mm && a.centre_y_mm == b.centre_y_mm);
   RC_ASSERT(a.pattern_x_mm == b.pattern_x_mm && a.pattern_y_mm == b.pattern_y_mm);
   RC_ASSERT(a.coefficients.size() == b.coefficients.size());
@@ -129,6 +132,7 @@ TEST(Codec, TheLargestOfEveryMessageFitsADatagram) {
   frame.at_bound = true;
   frame.strobe = StrobePhase::kDark;
   frame.source_sequence = ~std::uint64_t{0};
+  while (frame.plates.push({12, 1.49f})) {}
   for (std::uint32_t* count :
        {&frame.iterations, &frame.corners_expected, &frame.corners_found, &frame.corners_used, &frame.exposure_us,
         &frame.dropped_before, &frame.detection_us, &frame.estimation_us, &frame.total_us})
@@ -202,6 +206,13 @@ TEST(Codec, WhatBreaksABoundIsNotSent) {
   bad = good;
   bad.refractive_index = std::nanf("");
   EXPECT_EQ(error_of(bad), Errc::kInvalidArgument);
+  for (const dsp::Layer<float> plate :
+       {dsp::Layer<float>{-1, 1.49f}, {12, 0.9f}, {12, std::nanf("")}, {std::nanf(""), 1.49f}}) {
+    bad = good;
+    bad.plates.clear();
+    ASSERT_TRUE(bad.plates.push(plate));
+    EXPECT_EQ(error_of(bad), Errc::kInvalidArgument) << plate.thickness << ", " << plate.index;
+  }
   bad = good;
   bad.coefficients.resize(2);
   EXPECT_EQ(error_of(bad), Errc::kInvalidArgument);

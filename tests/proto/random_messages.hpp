@@ -58,6 +58,8 @@ inline CoefficientFrame any_frame(Generator& random, int modes = 0) {
   frame.model = {any_modes(random, static_cast<std::size_t>(n)), any_float(random, 1, 1e4f), any_float(random, 1, 1e4f),
                  any_float(random, -1e3f, 1e3f), any_float(random, -1e3f, 1e3f)};
   frame.refractive_index = any_float(random, 1, 1.6f);
+  for (auto plates = random() % (dsp::kMaxLayers + 1); plates > 0; --plates)
+    (void)frame.plates.push({any_float(random, 0, 50), any_float(random, 1, 2)});
   frame.centre_x_mm = any_float(random, -500, 500);
   frame.centre_y_mm = any_float(random, -500, 500);
   frame.pattern_x_mm = any_float(random, 0, 1000);
