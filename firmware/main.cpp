@@ -11,6 +11,7 @@
 #include "drivers/net/address.hpp"
 #include "drivers/support/text_file.hpp"
 #include "firmware/config/camera_factory.hpp"
+#include "firmware/config/node_key.hpp"
 #include "firmware/doctor/doctor.hpp"
 #include "firmware/node/node.hpp"
 #include "firmware/service/last_end.hpp"
@@ -198,6 +199,7 @@ int run(const Arguments& arguments) {
   if (auto overridden = override_config(arguments, *config); !overridden) return fail(overridden.error());
   if (!arguments.stills.empty()) return take_stills(arguments, *config);
   if (auto good = check_host(arguments, *config); !good) return fail(good.error());
+  if (const auto key = srd::firmware::read_node_key(*config); !key) return fail(key.error());
   const auto last_end = srd::firmware::LastEnd::open(arguments.check ? "" : config->state);
   if (!last_end) return fail(last_end.error());
   // From here on a run that does not come to its end leaves the reason for the next one.
@@ -209,6 +211,9 @@ int run(const Arguments& arguments) {
   if (!instrument) return ended(instrument.error());
   std::fputs(instrument->summary.c_str(), stderr);
   if (arguments.check) {
+    if (!config->host.empty())
+      std::fprintf(stderr, "key       %s\n",
+                   config->key.empty() ? "none: the host cannot tell who sends" : config->key.string().c_str());
     std::puts("configuration is good");
     return 0;
   }

@@ -6,6 +6,7 @@
 #include "drivers/support/problem.hpp"
 #include "host/calibrate/command.hpp"
 #include "host/compare/command.hpp"
+#include "host/keygen/command.hpp"
 #include "host/listen/command.hpp"
 #include "host/plot/command.hpp"
 #include "host/pose/command.hpp"
@@ -20,6 +21,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   int exit_code = 0;
   srd::host::add_calibrate_command(app, exit_code);
+  srd::host::add_keygen_command(app, exit_code);
   srd::host::add_listen_command(app, exit_code);
   srd::host::add_reconstruct_command(app, exit_code);
   srd::host::add_simulate_command(app, exit_code);
@@ -37,7 +39,7 @@ int main(int argc, char** argv) {
       const srd::Problem problem{srd::Exit::kUsage,
                                  "unknown subcommand '" + app.remaining().front() + "'",
                                  "srd",
-                                 "calibrate, listen, reconstruct, simulate, compare, plot, pose, rig-check or study",
+                                 "calibrate, keygen, listen, reconstruct, simulate, compare, plot, pose, rig-check or study",
                                  "",
                                  "srd --help"};
       std::cerr << problem.text();

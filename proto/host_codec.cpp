@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/host_codec.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
 
-#include "proto/check.hpp"
+#include "proto/ending.hpp"
 #include "proto/mode_code.hpp"
 #include "srd.pb.h"
 
@@ -122,11 +123,39 @@ std::optional<NodeStatus> read(const wire::NodeStatus& from, const Stamp& stamp)
   return to;
 }
 
+std::optional<Hello> read(const wire::Hello& from, const Stamp& stamp) {
+  Hello to;
+  to.stamp = stamp;
+  const auto bytes = bytes_of(from.challenge());
+  if (bytes.size() != to.challenge.size()) return std::nullopt;
+  std::copy(bytes.begin(), bytes.end(), to.challenge.begin());
+  if (!valid(to)) return std::nullopt;
+  return to;
+}
+
+wire::HostDatagram start(const BootId& of, std::uint64_t session, std::uint64_t serial) {
+  wire::HostDatagram out;
+  out.set_version(kWireVersion);
+  out.set_node(std::string(of.node.view()));
+  out.set_boot(of.boot);
+  out.set_session(session);
+  out.set_serial(serial);
+  return out;
+}
+
+std::vector<std::uint8_t> ended(const wire::HostDatagram& message, const Key* key) {
+  std::vector<std::uint8_t> datagram(message.ByteSizeLong() + end_bytes(key));
+  const std::size_t bytes = datagram.size() - end_bytes(key);
+  if (!message.SerializeToArray(datagram.data(), static_cast<int>(bytes))) return {};
+  append_end(key, Direction::kFromHost, datagram, bytes);
+  return datagram;
+}
+
 }  // namespace
 
-std::optional<NodeMessage> decode_node_datagram(std::span<const std::uint8_t> datagram) {
+std::optional<NodeMessage> decode_node_datagram(std::span<const std::uint8_t> datagram, const Key* key) {
   if (datagram.size() > kMaxDatagram) return std::nullopt;
-  const auto message = checked(Direction::kFromNode, datagram);
+  const auto message = without_end(key, Direction::kFromNode, datagram);
   wire::NodeDatagram in;
   if (!message || !in.ParseFromArray(message->data(), static_cast<int>(message->size())) || in.version() != kWireVersion)
     return std::nullopt;
@@ -145,20 +174,16 @@ std::optional<NodeMessage> decode_node_datagram(std::span<const std::uint8_t> da
   switch (in.content_case()) {
     case wire::NodeDatagram::kFrame: taken = take(read(in.frame(), stamp)); break;
     case wire::NodeDatagram::kStatus: taken = take(read(in.status(), stamp)); break;
+    case wire::NodeDatagram::kHello: taken = take(read(in.hello(), stamp)); break;
     case wire::NodeDatagram::CONTENT_NOT_SET: break;
   }
   if (!taken) return std::nullopt;
   return out;
 }
 
-std::vector<std::uint8_t> encode_datagram(const Acknowledgement& acknowledgement) {
+std::vector<std::uint8_t> encode_datagram(const Acknowledgement& acknowledgement, const Key* key) {
   if (!valid(acknowledgement)) return {};
-  wire::HostDatagram out;
-  out.set_version(kWireVersion);
-  out.set_node(std::string(acknowledgement.of.node.view()));
-  out.set_boot(acknowledgement.of.boot);
-  out.set_session(acknowledgement.session);
-  out.set_serial(acknowledgement.serial);
+  wire::HostDatagram out = start(acknowledgement.of, acknowledgement.session, acknowledgement.serial);
   wire::Acknowledgement& content = *out.mutable_acknowledgement();
   content.set_first_missing(acknowledgement.first_missing);
   content.set_known_end(acknowledgement.known_end);
@@ -168,10 +193,14 @@ std::vector<std::uint8_t> encode_datagram(const Acknowledgement& acknowledgement
     content.add_missing(range.size());
     at = range.end;
   }
-  std::vector<std::uint8_t> datagram(out.ByteSizeLong() + kCheckBytes);
-  if (!out.SerializeToArray(datagram.data(), static_cast<int>(datagram.size() - kCheckBytes))) return {};
-  append_check(Direction::kFromHost, datagram, datagram.size() - kCheckBytes);
-  return datagram;
+  return ended(out, key);
+}
+
+std::vector<std::uint8_t> encode_datagram(const Welcome& welcome, const Key& of_node) {
+  wire::HostDatagram out = start(welcome.of, welcome.session, welcome.serial);
+  out.mutable_welcome()->set_node_challenge(welcome.from_node.data(), welcome.from_node.size());
+  out.mutable_welcome()->set_host_challenge(welcome.from_host.data(), welcome.from_host.size());
+  return ended(out, &of_node);
 }
 
 }  // namespace srd::proto

@@ -7,14 +7,16 @@
 #include <span>
 #include <vector>
 
+#include "proto/ending.hpp"
 #include "proto/messages.hpp"
 
 namespace srd::proto {
 
-// nullopt for whatever is not a whole, valid datagram from a node.
-[[nodiscard]] std::optional<NodeMessage> decode_node_datagram(std::span<const std::uint8_t> datagram);
+// nullopt for whatever is not a whole, valid datagram from a node, under this key (null: on a link without one).
+[[nodiscard]] std::optional<NodeMessage> decode_node_datagram(std::span<const std::uint8_t> datagram, const Key* key = nullptr);
 
 // The whole datagram; empty when the acknowledgement is not valid.
-[[nodiscard]] std::vector<std::uint8_t> encode_datagram(const Acknowledgement& acknowledgement);
+[[nodiscard]] std::vector<std::uint8_t> encode_datagram(const Acknowledgement& acknowledgement, const Key* key = nullptr);
+[[nodiscard]] std::vector<std::uint8_t> encode_datagram(const Welcome& welcome, const Key& of_node);
 
 }  // namespace srd::proto

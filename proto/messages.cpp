@@ -107,6 +107,8 @@ bool valid(const NodeStatus& status) {
          ascending(status.lost_ranges, 0, kMaxSequence);
 }
 
+bool valid(const Hello& hello) { return valid(hello.stamp); }
+
 bool valid(const Acknowledgement& acknowledgement) {
   return !acknowledgement.of.node.view().empty() && acknowledgement.first_missing <= acknowledgement.known_end &&
          acknowledgement.known_end <= kMaxSequence &&

@@ -13,6 +13,7 @@
 #include "proto/identity.hpp"
 #include "proto/information.hpp"
 #include "proto/inplace.hpp"
+#include "proto/key.hpp"
 
 namespace srd::proto {
 
@@ -117,7 +118,13 @@ struct NodeStatus {
   FixedList<SequenceRange, 16> lost_ranges;  // ascending, apart
 };
 
-using NodeContent = std::variant<CoefficientFrame, NodeStatus>;
+// Asks the host for a session of a keyed link.
+struct Hello {
+  Stamp stamp;  // when the challenge was made
+  Challenge challenge{};
+};
+
+using NodeContent = std::variant<CoefficientFrame, NodeStatus, Hello>;
 
 struct NodeMessage {
   NodeHeader header;
@@ -135,10 +142,19 @@ struct Acknowledgement {
   friend bool operator==(const Acknowledgement&, const Acknowledgement&) = default;
 };
 
+// The host's answer to a hello.
+struct Welcome {
+  BootId of;
+  std::uint64_t session = 0, serial = 0;  // as in Acknowledgement
+  Challenge from_node{}, from_host{};     // the hello's, and the host's own
+  friend bool operator==(const Welcome&, const Welcome&) = default;
+};
+
 // Whether a message keeps every bound that srd.proto states: only such are sent, only such are accepted.
 [[nodiscard]] bool valid(const NodeHeader& header);
 [[nodiscard]] bool valid(const CoefficientFrame& frame);
 [[nodiscard]] bool valid(const NodeStatus& status);
+[[nodiscard]] bool valid(const Hello& hello);
 [[nodiscard]] bool valid(const Acknowledgement& acknowledgement);
 
 }  // namespace srd::proto

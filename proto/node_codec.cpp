@@ -8,7 +8,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "proto/check.hpp"
+#include "proto/ending.hpp"
 #include "proto/mode_code.hpp"
 #include "srd.pb.h"
 
@@ -131,6 +131,40 @@ void fill(const NodeStatus& from, srd_wire_NodeStatus& to) {
   for (const SequenceRange& range : from.lost_ranges) to.lost_ranges[to.lost_ranges_count++] = {range.begin, range.end};
 }
 
+template <class Bytes>
+void fill(const Challenge& from, Bytes& to) {
+  to.size = static_cast<pb_size_t>(from.size());
+  std::copy(from.begin(), from.end(), to.bytes);
+}
+
+template <class Bytes>
+bool take(const Bytes& from, Challenge& to) {
+  if (from.size != to.size()) return false;
+  std::copy_n(from.bytes, to.size(), to.begin());
+  return true;
+}
+
+struct FromHost {
+  srd_wire_HostDatagram wire = srd_wire_HostDatagram_init_zero;
+  BootId of;
+};
+
+// A whole datagram from a host with this content.
+std::optional<FromHost> read(std::span<const std::uint8_t> datagram, const Key* key, pb_size_t content) {
+  if (datagram.size() > kMaxDatagram) return std::nullopt;
+  const auto message = without_end(key, Direction::kFromHost, datagram);
+  if (!message) return std::nullopt;
+  FromHost out;
+  pb_istream_t stream = pb_istream_from_buffer(message->data(), message->size());
+  if (!pb_decode(&stream, srd_wire_HostDatagram_fields, &out.wire) || out.wire.version != kWireVersion ||
+      out.wire.which_content != content)
+    return std::nullopt;
+  const auto node = NodeId::make({reinterpret_cast<const char*>(out.wire.node.bytes), out.wire.node.size});
+  if (!node) return std::nullopt;
+  out.of = {*node, out.wire.boot};
+  return out;
+}
+
 }  // namespace
 
 Result<std::size_t> encode(const BootId& from, std::uint64_t sequence, const CoefficientFrame& frame,
@@ -152,30 +186,31 @@ Result<std::size_t> encode(const BootId& from, std::uint64_t sequence, const Nod
   return write(datagram, out);
 }
 
-std::size_t seal(std::span<std::uint8_t> buffer, std::size_t encoded_bytes, std::uint64_t oldest_held) {
+Result<std::size_t> encode(const BootId& from, std::uint64_t sequence, const Hello& hello, std::span<std::uint8_t> out) {
+  if (!valid(NodeHeader{from, sequence, 0}) || !valid(hello)) return Errc::kInvalidArgument;
+  srd_wire_NodeDatagram datagram = start(from, sequence, hello.stamp);
+  datagram.which_content = srd_wire_NodeDatagram_hello_tag;
+  datagram.content.hello = srd_wire_Hello_init_zero;
+  fill(hello.challenge, datagram.content.hello.challenge);
+  return write(datagram, out);
+}
+
+std::size_t seal(std::span<std::uint8_t> buffer, std::size_t encoded_bytes, std::uint64_t oldest_held, const Key* key) {
   std::size_t at = encoded_bytes;
   buffer[at++] = kOldestHeldTag;
   for (; oldest_held >= 0x80; oldest_held >>= 7) buffer[at++] = static_cast<std::uint8_t>(oldest_held | 0x80);
   buffer[at++] = static_cast<std::uint8_t>(oldest_held);
-  return append_check(Direction::kFromNode, buffer, at);
+  return append_end(key, Direction::kFromNode, buffer, at);
 }
 
-std::optional<Acknowledgement> decode_acknowledgement(std::span<const std::uint8_t> datagram) {
-  if (datagram.size() > kMaxDatagram) return std::nullopt;
-  const auto message = checked(Direction::kFromHost, datagram);
-  if (!message) return std::nullopt;
-  srd_wire_HostDatagram wire = srd_wire_HostDatagram_init_zero;
-  pb_istream_t stream = pb_istream_from_buffer(message->data(), message->size());
-  if (!pb_decode(&stream, srd_wire_HostDatagram_fields, &wire) || wire.version != kWireVersion ||
-      wire.which_content != srd_wire_HostDatagram_acknowledgement_tag)
-    return std::nullopt;
-  const auto node = NodeId::make({reinterpret_cast<const char*>(wire.node.bytes), wire.node.size});
-  const srd_wire_Acknowledgement& content = wire.content.acknowledgement;
-  if (!node || content.missing_count % 2 != 0) return std::nullopt;
+std::optional<Acknowledgement> decode_acknowledgement(std::span<const std::uint8_t> datagram, const Key* key) {
+  const auto heard = read(datagram, key, srd_wire_HostDatagram_acknowledgement_tag);
+  if (!heard || heard->wire.content.acknowledgement.missing_count % 2 != 0) return std::nullopt;
+  const srd_wire_Acknowledgement& content = heard->wire.content.acknowledgement;
   Acknowledgement out;
-  out.of = {*node, wire.boot};
-  out.session = wire.session;
-  out.serial = wire.serial;
+  out.of = heard->of;
+  out.session = heard->wire.session;
+  out.serial = heard->wire.serial;
   out.first_missing = content.first_missing;
   out.known_end = content.known_end;
   std::uint64_t at = content.first_missing;
@@ -187,6 +222,15 @@ std::optional<Acknowledgement> decode_acknowledgement(std::span<const std::uint8
     at += pass + size;
   }
   if (!valid(out)) return std::nullopt;
+  return out;
+}
+
+std::optional<Welcome> decode_welcome(std::span<const std::uint8_t> datagram, const Key& of_node) {
+  const auto heard = read(datagram, &of_node, srd_wire_HostDatagram_welcome_tag);
+  if (!heard) return std::nullopt;
+  const srd_wire_Welcome& content = heard->wire.content.welcome;
+  Welcome out{.of = heard->of, .session = heard->wire.session, .serial = heard->wire.serial};
+  if (!take(content.node_challenge, out.from_node) || !take(content.host_challenge, out.from_host)) return std::nullopt;
   return out;
 }
 

@@ -8,7 +8,7 @@ usage() { echo "usage: toolchains/sysroot.sh arm64|armhf|amd64 [--debian 12|13]"
 
 packages=(
   libc6-dev libstdc++-12-dev libeigen3-dev libhwy-dev libjpeg62-turbo-dev libnanopb-dev libopencv-core-dev libpng-dev libtomlplusplus-dev
-  libcli11-dev libcamera-dev libgpiod-dev libsystemd-dev
+  libcli11-dev libcamera-dev libgpiod-dev libsodium-dev libsystemd-dev
   # of the tests
   libgtest-dev librapidcheck-dev libprotobuf-dev)
 

@@ -30,6 +30,7 @@ void read_node(TomlTable node, const std::filesystem::path& folder, NodeConfig& 
       config.node_id = *id;
   }
   set(config.host, node.text("host"));
+  if (auto key = node.text("key")) config.key = folder / *key;
   set(config.ring_frames, node.integer("ring_frames", {16, 1e6, "frames"}));
   if (auto state = node.text("state")) config.state = folder / *state;
 }

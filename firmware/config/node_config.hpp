@@ -34,6 +34,7 @@ struct NodeConfig {
 
   std::string node_id = "node-1";  // at most 31 characters
   std::string host;                // ADDR:PORT; empty: nothing is sent
+  std::filesystem::path key;       // file of the node's key; empty: the link has no keys
   std::size_t ring_frames = 10000;
   std::filesystem::path state;  // folder for how the last run ended; empty: what the service manager gives
 

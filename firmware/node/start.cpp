@@ -4,6 +4,7 @@
 #include <random>
 #include <utility>
 
+#include "firmware/config/node_key.hpp"
 #include "firmware/config/strobe_factory.hpp"
 
 namespace srd::firmware {
@@ -36,6 +37,9 @@ Outcome<std::unique_ptr<Transmitter>> start_transmitter(const NodeConfig& config
   TransmitterOptions options;
   options.host = config.host;
   options.sender.from = proto::BootId{*proto::NodeId::make(config.node_id), random_boot()};
+  auto key = read_node_key(config);
+  if (!key) return key.error();
+  options.sender.key = *key;
   options.sender.ring_frames = config.ring_frames;
   options.sender.ring_bytes = config.ring_frames * 600;  // a frame of 12 parameters takes 450 bytes
   options.sender.overwrite = camera.live();

@@ -12,6 +12,7 @@ using proto::SequenceRange;
 Sender::Sender(const SenderOptions& options)
     : from_(options.from),
       timing_(options.timing),
+      link_(options.from, options.key, options.timing.hello_interval, options.timing.silence),
       window_(std::max(options.window, 1u)),
       overwrite_(options.overwrite),
       store_(options.ring_frames, std::max(options.ring_bytes, proto::kMaxEncoded)) {}
@@ -81,14 +82,26 @@ std::int64_t Sender::retry_after(std::int64_t now) const {
 
 void Sender::expire(std::int64_t now) {
   const std::int64_t retry = retry_after(now);
-  while (first_in_flight_ != FrameSlot::kNone && now - store_.at(first_in_flight_).sent_ns >= retry) {
-    const std::uint32_t index = first_in_flight_;
-    unlink(index);
-    link_overdue(index);
-  }
+  while (first_in_flight_ != FrameSlot::kNone && now - store_.at(first_in_flight_).sent_ns >= retry) first_overdue();
+}
+
+void Sender::all_overdue() {
+  while (first_in_flight_ != FrameSlot::kNone) first_overdue();
+}
+
+// Of the frames in flight.
+void Sender::first_overdue() {
+  const std::uint32_t index = first_in_flight_;
+  unlink(index);
+  link_overdue(index);
 }
 
 std::span<const std::uint8_t> Sender::next(std::int64_t now) {
+  if (const auto hello = link_.hello(now, heard_ns_, store_.next(), store_.oldest(), datagram_); !hello.empty()) {
+    ++counts_.datagrams;
+    return hello;
+  }
+  if (!link_.open()) return {};
   const std::int64_t interval = stopping_ ? timing_.stopping_status_interval : timing_.status_interval;
   if (!status_sent_ || now - status_ns_ >= interval) return status(now);
   expire(now);
@@ -117,7 +130,7 @@ std::span<const std::uint8_t> Sender::send_frame(std::uint64_t sequence, std::in
   ++counts_.datagrams;
   const auto bytes = store_.bytes(sequence);
   std::copy(bytes.begin(), bytes.end(), datagram_.begin());
-  return std::span(datagram_).first(proto::seal(datagram_, bytes.size(), store_.oldest()));
+  return std::span(datagram_).first(proto::seal(datagram_, bytes.size(), store_.oldest(), link_.key()));
 }
 
 void Sender::set_status(const proto::NodeStatus& status, std::int64_t wall_minus_now) {
@@ -128,6 +141,7 @@ void Sender::set_status(const proto::NodeStatus& status, std::int64_t wall_minus
 }
 
 std::span<const std::uint8_t> Sender::status(std::int64_t now) {
+  if (!link_.open()) return {};
   status_sent_ = true;
   status_ns_ = now;
   proto::NodeStatus out = status_;
@@ -152,18 +166,26 @@ std::span<const std::uint8_t> Sender::status(std::int64_t now) {
     if (!size) return {};
   }
   ++counts_.datagrams;
-  return std::span(datagram_).first(proto::seal(datagram_, *size, store_.oldest()));
+  return std::span(datagram_).first(proto::seal(datagram_, *size, store_.oldest(), link_.key()));
 }
 
 void Sender::receive(std::span<const std::uint8_t> datagram, std::int64_t now) {
-  const auto heard = proto::decode_acknowledgement(datagram);
+  if (link_.take_welcome(datagram, now)) {
+    all_overdue();  // what is under way ends under another session's key
+    return;
+  }
+  const auto heard = link_.open() ? proto::decode_acknowledgement(datagram, link_.key()) : std::nullopt;
   if (!heard || heard->of != from_ || heard->known_end > next_unsent_) {
+    ++counts_.ignored;
+    return;
+  }
+  const bool stale = heard_ && heard->session == session_ && heard->serial <= serial_;
+  if (stale && link_.keyed()) {  // late, or sent again by someone else: a younger one said more
     ++counts_.ignored;
     return;
   }
   // What is in a record stays there; the rest is the newest word only.
   mark_received(0, heard->first_missing, Delivery::kDone, now);
-  const bool stale = heard_ && heard->session == session_ && heard->serial <= serial_;
   if (!stale) {
     // A host that started anew has nothing but its record.
     if (heard_ && heard->session != session_) mark_missing(heard->first_missing, store_.next(), now);

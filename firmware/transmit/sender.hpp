@@ -4,15 +4,18 @@
 // A state machine without socket, clock or heap: time is an argument (ns, any steady clock), datagrams go in and out.
 // New frames are sent at once; what the host lacks is sent again, when it says so or when it has said nothing for a
 // measured answering time (RFC 6298's estimate). At most a window of frames is under way, so that a slow or absent host is
-// not flooded. A frame is kept until the host says that it is in its record; when the ring is full the oldest is
+// not flooded. On a keyed link nothing but hellos is sent before there is a session (link_key.hpp), and each datagram is
+// tagged as it leaves: a frame that is sent again belongs to the session of then. A frame is kept until the host says that it is in its record; when the ring is full the oldest is
 // overwritten and its number announced, or, for sources that can wait, full() says to wait.
 // One thread.
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "firmware/transmit/frame_store.hpp"
+#include "firmware/transmit/link_key.hpp"
 #include "proto/messages.hpp"
 #include "proto/node_codec.hpp"
 
@@ -26,11 +29,13 @@ struct SenderTiming {
   std::int64_t silence = 1'000'000'000;   // without an answer for so long: the host counts as away
   std::int64_t status_interval = 1'000'000'000;
   std::int64_t stopping_status_interval = 100'000'000;
-  std::int64_t linger = 5'000'000'000;  // for the last acknowledgement
+  std::int64_t hello_interval = 200'000'000;  // on a keyed link, until the host answers
+  std::int64_t linger = 5'000'000'000;        // for the last acknowledgement
 };
 
 struct SenderOptions {
   proto::BootId from{};
+  std::optional<proto::Key> key{};  // of this node; none: the link has no keys
   std::size_t ring_frames = 10000;
   std::size_t ring_bytes = 6 << 20;  // 10,000 frames of 12 parameters need 4.5e6
   std::uint32_t window = 128;        // frames under way
@@ -67,7 +72,7 @@ class Sender {
   // What the next status says beyond what the sender knows itself (lost, resent, held, ranges, stamp).
   // wall_minus_now: wall clock less the clock of now, ns; 0: not known.
   void set_status(const proto::NodeStatus& status, std::int64_t wall_minus_now);
-  // A status datagram now; valid until the next call of next or status.
+  // A status datagram now; valid until the next call of next or status. Empty while a keyed link has no session.
   [[nodiscard]] std::span<const std::uint8_t> status(std::int64_t now);
 
   // No more frames will come: status says stopping, and finished() tells when to end: all is acknowledged or 5 s are over.
@@ -87,6 +92,8 @@ class Sender {
   void release_done();
   [[nodiscard]] std::int64_t retry_after(std::int64_t now) const;
   void expire(std::int64_t now);
+  void all_overdue();
+  void first_overdue();
   [[nodiscard]] std::span<const std::uint8_t> send_frame(std::uint64_t sequence, std::int64_t now);
   void answered(FrameSlot& slot, std::int64_t now);
   void mark_received(std::uint64_t begin, std::uint64_t end, Delivery delivery, std::int64_t now);
@@ -99,6 +106,7 @@ class Sender {
 
   proto::BootId from_;
   SenderTiming timing_;
+  LinkKey link_;
   std::uint32_t window_;
   bool overwrite_;
   FrameStore store_;

@@ -71,7 +71,8 @@ void Transmitter::run() {
     if (stopping && sender_.finished(now) && (frames_.empty() || sender_.unacknowledged() > 0)) break;
   }
   const std::int64_t now = clock_ns(CLOCK_MONOTONIC);
-  for (int i = 0; socket_ && stopping_.load() && i < 3; ++i) (void)socket_->send(sender_.status(now));
+  for (int i = 0; socket_ && stopping_.load() && i < 3; ++i)
+    if (const auto goodbye = sender_.status(now); !goodbye.empty()) (void)socket_->send(goodbye);
 }
 
 // UDP tells of no connection: an address is right once the host acknowledges from it. Until then each one has its second, or

@@ -85,6 +85,8 @@ void add_listen_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("listen", "Receive the frames of any number of nodes and write their coefficients");
   command->add_option("--bind", given->options.bind, "Address to listen on (ADDR:PORT)")->capture_default_str();
   command->add_option("--csv", given->options.csv, "Record to write; frames are acknowledged once they are in it");
+  command->add_option("--keys", given->options.keys,
+                      "Folder of nodes' keys (srd keygen): only what they prove is accepted and acknowledged");
   command->add_option("--count", given->options.count, "End after so many rows")->check(CLI::PositiveNumber);
   command->add_option("--for", given->options.seconds, "End after so many seconds")->check(CLI::PositiveNumber);
   auto* append = command->add_flag("--append", given->append, "Go on with an existing file; no frame is written twice");

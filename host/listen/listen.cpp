@@ -4,6 +4,7 @@
 #include <chrono>
 #include <random>
 
+#include "host/listen/key_folder.hpp"
 #include "host/listen/status_line.hpp"
 #include "host/listen/surface_count.hpp"
 
@@ -45,7 +46,8 @@ struct Listener {
   Session session;
   Rate rate{};
   std::int64_t shown_ns = 0;
-  std::size_t shared_told = 0;  // of the receiver's shared_ids()
+  std::size_t shared_told = 0;    // of the receiver's shared_ids()
+  std::size_t concerns_told = 0;  // of its concerns()
 
   void send(const std::vector<Answer>& answers) {
     // One that the system does not take is made up for by the next.
@@ -69,6 +71,9 @@ struct Listener {
     const auto& shared = session.receiver().shared_ids();
     for (; shared_told < shared.size(); ++shared_told)
       options.notify("warning: " + shared_id_text(session.receiver(), shared[shared_told]));
+    const auto& concerns = session.receiver().concerns();
+    for (; concerns_told < concerns.size(); ++concerns_told)
+      options.notify("warning: " + concern_text(concerns[concerns_told], options.keys.string()));
     const std::int64_t now = steady_ns();
     if (options.show && now - shown_ns >= kShowEvery) {
       options.show(status_line(session, rate.update(session.rows(), now)));
@@ -90,9 +95,16 @@ Outcome<void> listen(const ListenOptions& options, const std::atomic<bool>& stop
   if (!address) return address.error();
   auto socket = UdpSocket::bind(*address);
   if (!socket) return socket.error();
-  if (!address->is_loopback())
+  std::optional<KeyFolder> keys;
+  if (!options.keys.empty()) {
+    auto opened = KeyFolder::open(options.keys);
+    if (!opened) return opened.error();
+    keys = std::move(*opened);
+  }
+  if (!keys && !address->is_loopback())
     options.notify("warning: " + socket->local().text() +
-                   ": without a key anyone on this network can send frames; nothing proves which node they are from");
+                   ": without a key anyone on this network can send frames; nothing proves which node they are from "
+                   "(srd keygen, --keys)");
   std::unique_ptr<CoefficientFile> csv;
   std::vector<FrameSink*> sinks = options.further_sinks;
   SurfaceCount surfaces;
@@ -100,6 +112,7 @@ Outcome<void> listen(const ListenOptions& options, const std::atomic<bool>& stop
   SessionOptions session_options;
   session_options.clock = steady_ns;
   session_options.session = random_number();
+  if (keys) session_options.keys = [&](const proto::NodeId& node) { return keys->keys_of(node, steady_ns(), options.notify); };
   if (options.count > 0) session_options.most_rows = options.count;
   if (!options.csv.empty()) {
     auto opened = CoefficientFile::open(options.csv, options.open);

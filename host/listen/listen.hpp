@@ -20,6 +20,7 @@ struct ListenOptions {
   std::string bind = "127.0.0.1:47810";
   std::filesystem::path csv{};  // empty: no file; frames are acknowledged and only shown
   OpenMode open = OpenMode::kNew;
+  std::filesystem::path keys{};                      // folder of nodes' keys; empty: a link without keys
   std::uint64_t count = 0;                           // rows after which to end; 0: no end
   double seconds = 0;                                // after which to end; 0: no end
   std::vector<FrameSink*> further_sinks{};           // get every frame too; outlive the call
@@ -29,7 +30,7 @@ struct ListenOptions {
 };
 
 // Runs until count, seconds or stop; then waits up to a second for gaps that live nodes still fill, flushes and acknowledges.
-// kUsage (address, existing file), kInput (file to append to), kDevice (cannot write), kNetwork (cannot bind).
+// kUsage (address, existing file, keys), kInput (file to append to), kDevice (cannot write), kNetwork (cannot bind).
 [[nodiscard]] Outcome<void> listen(const ListenOptions& options, const std::atomic<bool>& stop);
 
 }  // namespace srd::host

@@ -35,13 +35,44 @@ void Receiver::look_for_namesake(const BootId& id, Source& source, std::int64_t 
   }
 }
 
+void Receiver::concern(const proto::NodeId& node, LinkConcern what) {
+  const std::pair found(node, what);
+  if (concerns_.size() < kMaxConcerns && std::find(concerns_.begin(), concerns_.end(), found) == concerns_.end())
+    concerns_.push_back(found);
+}
+
+// The message in a datagram that counts; nothing for a hello, which is answered, and for whatever is to be ignored.
+std::optional<proto::NodeMessage> Receiver::opened(std::span<const std::uint8_t> datagram, const Address& from,
+                                                   std::int64_t now) {
+  const auto envelope = datagram.size() <= proto::kMaxDatagram ? proto::read_envelope(datagram) : std::nullopt;
+  const bool hello = envelope && envelope->content == proto::Content::kHello;
+  std::optional<proto::NodeMessage> message;
+  if (!envelope) {
+    ++counts_.rejected;
+    return std::nullopt;
+  }
+  if (!handshakes_) {
+    message = proto::decode_node_datagram(datagram);
+    if (message && hello) message.reset();
+    if (hello && proto::seems_tagged(datagram)) concern(envelope->of.node, LinkConcern::kHostKeyless);
+  } else if (!proto::seems_tagged(datagram)) {
+    if (proto::decode_node_datagram(datagram)) concern(envelope->of.node, LinkConcern::kNodeKeyless);
+  } else if (!hello) {
+    message = handshakes_->open(datagram, *envelope, now);
+  } else if (auto welcome = handshakes_->answer(datagram, *envelope, now)) {
+    if (!welcome->empty()) welcomes_.emplace_back(from, std::move(*welcome));
+    return std::nullopt;
+  } else {
+    concern(envelope->of.node, handshakes_->knows(envelope->of.node) ? LinkConcern::kOtherKey : LinkConcern::kNodeUnknown);
+  }
+  if (!message) ++counts_.rejected;
+  return message;
+}
+
 void Receiver::receive(std::span<const std::uint8_t> datagram, const Address& from, std::int64_t now) {
   ++counts_.datagrams;
-  auto message = proto::decode_node_datagram(datagram);
-  if (!message) {
-    ++counts_.rejected;
-    return;
-  }
+  auto message = opened(datagram, from, now);
+  if (!message) return;
   const proto::NodeHeader& header = message->header;
   Source* source = source_of(header, now);
   if (source == nullptr) {
@@ -49,6 +80,12 @@ void Receiver::receive(std::span<const std::uint8_t> datagram, const Address& fr
     return;
   }
   Stream& stream = source->stream;
+  // Our acknowledgement may have been lost. Who sends a frame again that came may be someone else than its node.
+  if (handshakes_ && std::holds_alternative<CoefficientFrame>(message->content) && stream.knows(header.sequence)) {
+    stream.take(header.sequence, {});
+    source->answer_due = answer_due_ = true;
+    return;
+  }
   const std::size_t waited = stream.waiting();
   const std::uint64_t spoken_of = source->next_sequence;
   source->address = from;
@@ -70,8 +107,6 @@ void Receiver::receive(std::span<const std::uint8_t> datagram, const Address& fr
     source->ended = status->state == proto::NodeState::kStopping && status->held == 0;
     if (!source->has_status || status->stamp.sensor_time_ns >= source->status.stamp.sensor_time_ns) source->status = *status;
     source->has_status = true;
-  } else {
-    ++source->features;
   }
   if (source->next_sequence > spoken_of) look_for_namesake(header.from, *source, now);
   waiting_ += stream.waiting() - waited;
@@ -114,12 +149,14 @@ std::vector<std::pair<Address, std::vector<std::uint8_t>>> Receiver::acknowledge
   for (auto& [id, source] : sources_) {
     if (!source.answer_due && !to_everyone) continue;
     source.answer_due = false;
+    const proto::Key* key = handshakes_ ? handshakes_->session_key(id) : nullptr;
+    if (handshakes_ && key == nullptr) continue;  // it will say hello
     proto::Acknowledgement acknowledgement;
     acknowledgement.of = id;
     acknowledgement.session = session_;
     acknowledgement.serial = ++serial_;
     source.stream.describe(acknowledgement);
-    out.emplace_back(source.address, proto::encode_datagram(acknowledgement));
+    out.emplace_back(source.address, proto::encode_datagram(acknowledgement, key));
   }
   answer_due_ = false;
   return out;

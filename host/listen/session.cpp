@@ -11,7 +11,7 @@ namespace srd::host {
 Session::Session(SessionOptions options, std::vector<FrameSink*> sinks)
     : options_(std::move(options)),
       sinks_(std::move(sinks)),
-      receiver_(std::exchange(options_.in_file, {}), options_.session) {}
+      receiver_(std::exchange(options_.in_file, {}), options_.session, options_.keys) {}
 
 void Session::receive(std::span<const std::uint8_t> datagram, const Address& from) {
   receiver_.receive(datagram, from, options_.clock());
@@ -53,9 +53,12 @@ Outcome<std::vector<Answer>> Session::advance() {
   if (auto done = record_ready(); !done) return done.error();
   const bool many = rows_ - flushed_rows_ >= options_.flush_rows;
   const bool due = now >= next_flush_ns_ || (many && now - flushed_ns_ >= (next_flush_ns_ - flushed_ns_) / 8);
-  if (!receiver_.answer_due() || !due) return std::vector<Answer>{};
+  std::vector<Answer> out;
+  for (auto& [to, welcome] : receiver_.take_welcomes()) out.push_back({to, std::move(welcome)});
+  if (!receiver_.answer_due() || !due) return out;
   if (auto done = flush(); !done) return done.error();
-  return answers(false);
+  for (Answer& answer : answers(false)) out.push_back(std::move(answer));
+  return out;
 }
 
 Outcome<std::vector<Answer>> Session::finish(bool give_up) {

@@ -17,6 +17,7 @@ namespace srd::host {
 struct SessionOptions {
   std::map<proto::BootId, SequenceSet> in_file;  // what the sink has from before
   std::uint64_t session = 0;                     // random
+  KeysOfNode keys{};                             // none: a link without keys
   std::uint64_t most_rows = std::numeric_limits<std::uint64_t>::max();
   // ns. At most a quarter of the time goes into flushing: after a slow flush the next one waits longer.
   std::int64_t flush_interval = 20'000'000;

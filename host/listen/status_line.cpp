@@ -92,6 +92,24 @@ std::string shared_id_text(const Receiver& receiver, const std::pair<proto::Boot
          where(boots.second) + "; the record tells their frames apart by boot alone: give one another node.id";
 }
 
+std::string concern_text(const std::pair<proto::NodeId, LinkConcern>& concern, const std::string& keys) {
+  const std::string node(concern.first.view());
+  switch (concern.second) {
+    case LinkConcern::kNodeUnknown:
+      return "node '" + node + "' has a key, and there is none for it in " + keys + ": srd keygen " + node + " --out " + keys +
+             ", and that file at the node";
+    case LinkConcern::kOtherKey:
+      return "node '" + node + "' has another key than " + keys + "/" + node +
+             ".key, or someone else sends in its name: put that file there, as the node's node.key";
+    case LinkConcern::kNodeKeyless:
+      return "node '" + node + "' sends without a key, and is not accepted: srd keygen " + node + " --out " + keys +
+             ", and node.key in its configuration";
+    case LinkConcern::kHostKeyless:
+      return "node '" + node + "' has a key and waits for a host that has it too: srd listen --keys DIR";
+  }
+  return {};
+}
+
 std::string status_line(const Session& session, double rate_hz) {
   std::set<proto::NodeId> nodes;
   std::uint64_t missing = 0, lost = 0, resent = 0, duplicates = 0;
@@ -138,7 +156,8 @@ std::string summary_table(const Session& session) {
                        source.stream.waiting());
   }
   if (receiver.counts().rejected > 0)
-    out += formatted("%" PRIu64 " datagrams were rejected: damaged, or not from a node of this version\n",
+    out += formatted("%" PRIu64
+                     " datagrams were rejected: damaged, not from a node of this version, or not under a key that holds\n",
                      receiver.counts().rejected);
   if (receiver.counts().no_room > 0)
     out += formatted("%" PRIu64 " datagrams came from more nodes than are kept (%zu)\n", receiver.counts().no_room,

@@ -21,6 +21,9 @@ namespace srd::host {
 // Of a pair of Receiver::shared_ids().
 [[nodiscard]] std::string shared_id_text(const Receiver& receiver, const std::pair<proto::BootId, proto::BootId>& boots);
 
+// Of one of Receiver::concerns(): what to do about it. keys: the folder that srd listen was given; empty: none.
+[[nodiscard]] std::string concern_text(const std::pair<proto::NodeId, LinkConcern>& concern, const std::string& keys);
+
 // What a person should know of a node that measures: "throttled", "clock not synchronised", "restart 2 after: ..".
 [[nodiscard]] std::vector<std::string> concerns(const proto::NodeStatus& status);
 

@@ -11,7 +11,7 @@ Stream::Stream(SequenceSet in_file, std::uint64_t oldest_held)
     : start_(in_file.empty() ? oldest_held : in_file.ranges().front().begin), known_(std::move(in_file)) {}
 
 void Stream::take(std::uint64_t sequence, proto::CoefficientFrame frame, bool room) {
-  if (sequence < start_ || known_.contains(sequence)) {
+  if (knows(sequence)) {
     ++counts_.duplicates;
     return;
   }

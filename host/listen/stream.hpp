@@ -32,6 +32,8 @@ class Stream {
   // in_file: what the coefficient file has already. oldest_held: from the first datagram; frames below are not waited for.
   Stream(SequenceSet in_file, std::uint64_t oldest_held);
 
+  // Whether a frame came before, or can no longer come: take would count it as a duplicate.
+  [[nodiscard]] bool knows(std::uint64_t sequence) const { return sequence < start_ || known_.contains(sequence); }
   // room: whether a frame that must wait may be kept.
   void take(std::uint64_t sequence, proto::CoefficientFrame frame, bool room = true);
   // The node says that frames below can no longer come: those not here are lost.

@@ -53,7 +53,9 @@ std::size_t FrameChain::process(const GrayView& image, std::int64_t time_ns) {
 
 std::size_t FrameChain::encode() {
   const auto bytes = proto::encode(from_, sequence_++, record_, datagram_);
-  return bytes ? proto::seal(datagram_, *bytes, 0) : 0;
+  if (!bytes) return 0;
+  encoded_bytes_ = *bytes;
+  return proto::seal(datagram_, encoded_bytes_, 0);
 }
 
 }  // namespace srd::bench

@@ -20,6 +20,8 @@ class FrameChain {
   [[nodiscard]] std::size_t process(const GrayView& image, std::int64_t time_ns);
   // Record -> datagram alone.
   [[nodiscard]] std::size_t encode();
+  // The end of the last datagram alone, under a key.
+  [[nodiscard]] std::size_t seal(const proto::Key& key) { return proto::seal(datagram_, encoded_bytes_, 0, &key); }
   [[nodiscard]] const proto::CoefficientFrame& record() const { return record_; }
   [[nodiscard]] const dsp::FrameResult<float>& result() const { return *result_; }
 
@@ -31,6 +33,7 @@ class FrameChain {
   proto::CoefficientFrame record_;
   proto::BootId from_;
   std::uint64_t sequence_ = 0;
+  std::size_t encoded_bytes_ = 0;
   std::array<std::uint8_t, proto::kMaxDatagram> datagram_{};
 };
 

@@ -86,6 +86,10 @@ void add_frame_measures(std::vector<Measure>& measures) {
   measures.push_back({"frame/encode", [=] {
                         if (frame->chain.encode() == 0) refuse("a record cannot be encoded");
                       }});
+  const auto key = std::make_shared<proto::Key>(std::array<std::uint8_t, proto::Key::kBytes>{1});
+  measures.push_back({"frame/tag", [=] {
+                        if (frame->chain.seal(*key) == 0) refuse("a datagram cannot be tagged");
+                      }});
 }
 
 }  // namespace srd::bench

@@ -23,6 +23,7 @@ const std::vector<Bar>& bars() {
   static const std::vector<Bar> bars{
       {"full detection of Board (880 corners)", "board/detect", "board/cornerHarris", 10},
       {"Frame, camera buffer -> datagram", "frame/chain", "frame/cornerHarris", 40},
+      {"tag of a datagram, against the whole frame", "frame/tag", "frame/chain", 50},
       {"solve 276 points, 12 parameters, warm (double)", "solve/ours_double", "solve/ceres", 10},
       {"the same in float, as on the board", "solve/ours_float", "solve/ceres", 10},
   };

@@ -166,6 +166,13 @@ RECONSTRUCTING = [
      RECORDING, INPUT, ["points.txt", "checkerboard", "square"]),
 ]
 
+def key(name, mode, digits="0" * 64):
+    def build(bench):
+        bench.write(name, f"flume-srd-key-1 cam-1 {digits}\n")
+        bench.path(name).chmod(mode)
+    return build
+
+
 LISTENING = [
     ("address without a port", lambda b: None, ("srd", "listen", "--for", "1", "--bind", "localhost"), USAGE,
      ["--bind", "no port", "'localhost'"]),
@@ -182,6 +189,18 @@ LISTENING = [
     ("append and force", exists("run.csv", COEFFICIENTS), (*LISTEN, "--csv", "run.csv", "--append", "--force"), USAGE,
      ["--append", "--force"]),
     ("record in a folder that is not there", lambda b: None, (*LISTEN, "--csv", "nowhere/run.csv"), 4, ["nowhere/run.csv"]),
+    ("keys in a folder that is not there", lambda b: None, (*LISTEN, "--keys", "keys"), USAGE, ["keys", "srd keygen NODE"]),
+    ("a key that others can read", key("keys/cam-1.key", 0o644), (*LISTEN, "--keys", "keys"), USAGE,
+     ["keys/cam-1.key", "mode 644", "chmod 600 keys/cam-1.key"]),
+    ("a key with a slip", key("keys/cam-1.key", 0o600, "0" * 63 + "x"), (*LISTEN, "--keys", "keys"), USAGE,
+     ["keys/cam-1.key:1", "not a key file", "srd keygen"]),
+    ("a node that has a key", key("keys/cam-1.key", 0o600), ("srd", "keygen", "cam-1", "--out", "keys"), USAGE,
+     ["keys/cam-1.key", "has a key already", "--change"]),
+    ("change of a key that is not there", lambda b: None, ("srd", "keygen", "cam-1", "--out", "keys", "--change"), USAGE,
+     ["keys/cam-1.key", "No such file", "srd keygen"]),
+    ("a key for no node", lambda b: None, ("srd", "keygen", "cam 1", "--out", "keys"), USAGE, ["1 to 31", "'cam 1'"]),
+    ("change and end of it", lambda b: None, ("srd", "keygen", "cam-1", "--out", "keys", "--change", "--end-change"), USAGE,
+     ["--change"]),
     ("no seconds", lambda b: None, ("srd", "listen", "--for", "0"), USAGE, ["--for", "0"]),
 ]
 

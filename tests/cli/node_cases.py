@@ -12,6 +12,14 @@ def config(old, new):
     return lambda bench: bench.node(old, new)
 
 
+def with_key(node, mode):
+    def build(bench):
+        bench.node('id = "bench"', 'id = "bench"\nkey = "node.key"')
+        bench.write("node.key", f"flume-srd-key-1 {node} {'0' * 64}\n")
+        bench.path("node.key").chmod(mode)
+    return build
+
+
 def spoilt(name, old, new):
     def build(bench):
         bench.node()
@@ -61,6 +69,11 @@ CONFIGURATION = [
     ("config is a folder", lambda b: b.path("flume.toml").mkdir(), CHECK, USAGE, ["flume.toml", "cannot be read"]),
     ("config is not TOML", config('id = "bench"', "id = = 4"), CHECK, USAGE, ["flume.toml:2", "expected"]),
     ("config is binary", written("flume.toml", bytes(range(256))), CHECK, USAGE, ["flume.toml:1"]),
+    ("key file missing", config('id = "bench"', 'id = "bench"\nkey = "node.key"'), CHECK, USAGE,
+     ["node.key", "No such file", "srd keygen"]),
+    ("key of another node", with_key("cam-1", 0o600), CHECK, USAGE, ["node.key", "a key of bench", "one of cam-1"]),
+    ("key that others can read", with_key("bench", 0o640), CHECK, USAGE, ["node.key", "mode 640", "chmod 600 node.key"]),
+    ("key that others can read, without a check", with_key("bench", 0o604), RUN, USAGE, ["mode 604", "chmod 600 node.key"]),
     ("unknown key", config("refractive_index", "refractiv_index"), CHECK, USAGE,
      ["flume.toml:9", "unknown key 'water.refractiv_index'", "one of: ", "refractive_index"]),
     ("unknown table", config("[water]", "[watr]"), CHECK, USAGE, ["flume.toml:8", "unknown key 'watr'", "water"]),

@@ -6,7 +6,7 @@
 
 usage: PYTHONPATH=DIR datagrams.py ADDRESS PORT FRAMES   prints node, sequence and coefficients in mm; ends after FRAMES frames
 
-It acknowledges nothing, so a node sends each frame more than once: a frame counts the first time. `srd listen` is what records.
+It hears nodes without a key. It acknowledges nothing, so a node sends each frame more than once: a frame counts the first time. `srd listen` is what records.
 """
 
 import socket

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "drivers/net/udp_socket.hpp"
+#include "drivers/support/key_file.hpp"
 #include "proto/host_codec.hpp"
 #include "tests/fakes/live_camera.hpp"
 #include "tests/fakes/scratch_folder.hpp"
@@ -221,6 +222,28 @@ TEST(Doctor, AsksTheHostForAnAnswer) {
   over = true;
   host.join();
   expect(answered, "host", Verdict::kOk, "answers within");
+}
+
+TEST(Doctor, LooksAtTheKeyOfTheLink) {
+  const fakes::ScratchFolder folder;
+  NodeConfig config = simulated();
+  config.host = "127.0.0.1:9";
+  Diagnosis none;
+  check_network(config, quick(), none);
+  expect(none, "key", Verdict::kWarn, "none: anyone");
+  const KeyFile key{config.node_id, {SecretBytes::random()}};
+  config.key = folder.path() / "node.key";
+  ASSERT_TRUE(key.write(config.key).ok());
+  Diagnosis good;
+  check_network(config, quick(), good);
+  expect(good, "key", Verdict::kOk, "node.key");
+  expect(good, "host", Verdict::kFail, "nobody answers");
+  EXPECT_NE(about(good, "host").advice.find("--keys"), std::string::npos);
+  std::filesystem::permissions(config.key, std::filesystem::perms::group_read, std::filesystem::perm_options::add);
+  Diagnosis exposed;
+  check_network(config, quick(), exposed);
+  expect(exposed, "key", Verdict::kFail, "others than its owner");
+  EXPECT_NE(about(exposed, "key").advice.find("chmod 600"), std::string::npos);
 }
 
 TEST(Doctor, SaysWhatToSetWhereSomethingIsNotPermitted) {

@@ -71,6 +71,109 @@ void give(Sender& sender, const proto::Acknowledgement& acknowledgement, std::in
   sender.receive(proto::encode_datagram(acknowledgement), now);
 }
 
+// The host's end of a keyed link.
+struct KeyedHost {
+  proto::Key of_node{std::array<std::uint8_t, proto::Key::kBytes>{7}};
+  proto::Challenge challenge{9};
+  std::optional<proto::Key> session;
+
+  // The welcome for a hello.
+  std::vector<std::uint8_t> welcome(std::span<const std::uint8_t> datagram) {
+    const auto hello = proto::decode_node_datagram(datagram, &of_node);
+    if (!hello || !std::holds_alternative<proto::Hello>(hello->content)) return {};
+    const auto& asked = std::get<proto::Hello>(hello->content).challenge;
+    session = proto::session_key(of_node, asked, challenge, hello->header.from);
+    return proto::encode_datagram(
+        proto::Welcome{.of = hello->header.from, .session = 7, .serial = 1, .from_node = asked, .from_host = challenge},
+        of_node);
+  }
+  [[nodiscard]] std::vector<std::uint8_t> answer(const proto::Acknowledgement& acknowledgement) const {
+    return proto::encode_datagram(acknowledgement, &*session);
+  }
+};
+
+struct KeyedSender {
+  KeyedHost host;
+  Sender sender;
+  KeyedSender() : sender(options(host)) {}
+  static SenderOptions options(const KeyedHost& host) {
+    SenderOptions out = options_with(100);
+    out.key = host.of_node;
+    return out;
+  }
+  // Numbers of the frames due now that hold under the session.
+  std::vector<std::uint64_t> frames_at(std::int64_t now) {
+    std::vector<std::uint64_t> out;
+    for (auto due = sender.next(now); !due.empty(); due = sender.next(now))
+      if (const auto message = proto::decode_node_datagram(due, &*host.session))
+        if (std::holds_alternative<proto::CoefficientFrame>(message->content)) out.push_back(message->header.sequence);
+    return out;
+  }
+};
+
+TEST(SenderWithAKey, SaysNothingButHelloBeforeTheHostHasAnswered) {
+  KeyedSender keyed;
+  Sender& sender = keyed.sender;
+  ASSERT_TRUE(sender.push(a_frame()));
+  std::int64_t now = kSecond;
+  EXPECT_FALSE(keyed.host.welcome(sender.next(now)).empty());  // lost on its way
+  EXPECT_TRUE(sender.next(now).empty());
+  EXPECT_TRUE(sender.status(now).empty());
+  now += 200 * kMillisecond;
+  const auto again = sender.next(now);
+  const auto welcome = keyed.host.welcome(again);
+  ASSERT_FALSE(welcome.empty());
+  sender.receive(welcome, now);
+  EXPECT_EQ(keyed.frames_at(now), std::vector<std::uint64_t>{0});
+  sender.receive(keyed.host.answer(answer(1, 1, 1)), now);
+  EXPECT_EQ(sender.unacknowledged(), 0u);
+}
+
+TEST(SenderWithAKey, BelievesNoAnswerButTheSessionsOwnAndEachOnce) {
+  KeyedSender keyed;
+  Sender& sender = keyed.sender;
+  for (int i = 0; i < 10; ++i) ASSERT_TRUE(sender.push(a_frame()));
+  const auto welcome = keyed.host.welcome(sender.next(kSecond));
+  sender.receive(welcome, kSecond);
+  EXPECT_EQ(keyed.frames_at(kSecond).size(), 10u);
+  const auto ignored = [&](const std::vector<std::uint8_t>& datagram) {
+    const std::uint64_t before = sender.counts().ignored;
+    sender.receive(datagram, kSecond);
+    return sender.counts().ignored == before + 1 && sender.unacknowledged() == 10;
+  };
+  EXPECT_TRUE(ignored(welcome)) << "a second session for one hello";
+  EXPECT_TRUE(ignored(proto::encode_datagram(answer(1, 10, 10))));
+  EXPECT_TRUE(ignored(proto::encode_datagram(answer(1, 10, 10), &keyed.host.of_node)));
+  const auto first = keyed.host.answer(answer(5, 0, 10));
+  sender.receive(first, kSecond);
+  EXPECT_EQ(sender.counts().acknowledgements, 1u);
+  EXPECT_TRUE(ignored(first)) << "replayed";
+  EXPECT_TRUE(ignored(keyed.host.answer(answer(4, 10, 10)))) << "older";
+  sender.receive(keyed.host.answer(answer(6, 10, 10)), kSecond);
+  EXPECT_EQ(sender.unacknowledged(), 0u);
+}
+
+// The host that answered once has started anew: it knows no session, and says nothing.
+TEST(SenderWithAKey, TagsAFrameAnewUnderTheNextSession) {
+  KeyedSender keyed;
+  Sender& sender = keyed.sender;
+  for (int i = 0; i < 10; ++i) ASSERT_TRUE(sender.push(a_frame()));
+  sender.receive(keyed.host.welcome(sender.next(kSecond)), kSecond);
+  EXPECT_EQ(keyed.frames_at(kSecond).size(), 10u);
+  const proto::Key first = *keyed.host.session;
+  keyed.host.challenge = {10};
+  std::vector<std::uint8_t> welcome;
+  std::int64_t now = kSecond;
+  for (; welcome.empty() && now < 4 * kSecond; now += kMillisecond)
+    for (auto due = sender.next(now); !due.empty() && welcome.empty(); due = sender.next(now))
+      welcome = keyed.host.welcome(due);
+  ASSERT_FALSE(welcome.empty());
+  EXPECT_LE(now, 2 * kSecond + 2 * kMillisecond) << "a second of silence";
+  sender.receive(welcome, now);
+  EXPECT_FALSE(first == *keyed.host.session);
+  EXPECT_EQ(keyed.frames_at(now).size(), 10u) << "at once, all of them";
+}
+
 TEST(FrameStore, KeepsBytesInAnyOrderOfSizes) {
   std::mt19937_64 random(1);
   FrameStore store(50, 4000);

@@ -259,6 +259,16 @@ TEST_F(WireFields, AreAllFilledBySomethingThatANodeRuns) {
   ASSERT_TRUE(host.ParseFromArray(answer.data(), static_cast<int>(answer.size())));
   list_filled(host, filled_);
 
+  // A keyed link's.
+  const proto::Key key{std::array<std::uint8_t, proto::Key::kBytes>{1}};
+  sending.key = key;
+  Sender keyed(sending);
+  read_all(keyed, kSecondNs);
+  const auto welcome = proto::encode_datagram(
+      proto::Welcome{.of = sending.from, .session = 1, .serial = 1, .from_node = {2}, .from_host = {3}}, key);
+  ASSERT_TRUE(host.ParseFromArray(welcome.data(), static_cast<int>(welcome.size())));
+  list_filled(host, filled_);
+
   std::set<std::string> all;
   list_fields(*wire::NodeDatagram::descriptor(), all);
   list_fields(*wire::HostDatagram::descriptor(), all);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Datagrams to begin with whose check holds, so that the fuzzer reaches what lies behind it.
+// Datagrams to begin with whose check or tag holds, so that the fuzzer reaches what lies behind it.
 #pragma once
 
 #include <cstddef>
@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "proto/check.hpp"
+#include "proto/ending.hpp"
 
 namespace srd::proto::testing {
 
@@ -15,6 +15,18 @@ inline std::vector<std::uint8_t> with_check(Direction direction, std::span<const
   std::vector<std::uint8_t> datagram(message.begin(), message.end());
   datagram.resize(message.size() + kCheckBytes);
   append_check(direction, datagram, message.size());
+  return datagram;
+}
+
+inline const Key& fuzz_key() {
+  static const Key key(std::array<std::uint8_t, Key::kBytes>{1, 2, 3});
+  return key;
+}
+
+inline std::vector<std::uint8_t> with_tag(Direction direction, std::span<const std::uint8_t> message) {
+  std::vector<std::uint8_t> datagram(message.begin(), message.end());
+  datagram.resize(message.size() + kMostEndBytes);
+  append_end(&fuzz_key(), direction, datagram, message.size());
   return datagram;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -100,6 +101,8 @@ class Simulation {
   std::vector<std::unique_ptr<SimulatedNode>> nodes;
   std::unique_ptr<MemorySink> sink;
   std::unique_ptr<Session> host;
+  std::function<void(bool to_host, const std::vector<std::uint8_t>&)> overheard;  // what arrives anywhere
+  std::vector<proto::Key> keys;  // that the host accepts of any node; none: a link without keys
 
   SimulatedNode& add_node(const std::string& name, std::uint64_t boot, firmware::SenderOptions options = {}) {
     options.from = {*proto::NodeId::make(name), boot};
@@ -113,6 +116,7 @@ class Simulation {
     SessionOptions options;
     for (const Row& row : record) options.in_file[row.from].add(row.sequence);
     options.session = ++sessions_;
+    if (!keys.empty()) options.keys = [this](const proto::NodeId&) { return keys; };
     options.clock = [this] { return now; };
     sink = std::make_unique<MemorySink>(record, now);
     host = std::make_unique<Session>(std::move(options), std::vector<FrameSink*>{sink.get()});
@@ -144,8 +148,10 @@ class Simulation {
     for (std::size_t i = 0; i < nodes.size(); ++i) {
       SimulatedNode& node = *nodes[i];
       if (node.running) advance_node(node);
-      while (auto datagram = node.to_host.take(now))
+      while (auto datagram = node.to_host.take(now)) {
+        if (overheard) overheard(true, *datagram);
         if (host) host->receive(*datagram, address_of(i));
+      }
     }
     if (!host) return;
     const auto answers = host->advance();
@@ -175,13 +181,17 @@ class Simulation {
       node.sender.push(frame_at(now));
       ++node.captured;
     }
-    while (auto datagram = node.to_node.take(now)) node.sender.receive(*datagram, now);
+    while (auto datagram = node.to_node.take(now)) {
+      if (overheard) overheard(false, *datagram);
+      node.sender.receive(*datagram, now);
+    }
     for (auto datagram = node.sender.next(now); !datagram.empty(); datagram = node.sender.next(now)) {
       node.sent_bytes += datagram.size();
       node.to_host.put(datagram, now);
     }
     if (node.sender.finished(now)) {
-      for (int i = 0; i < 3; ++i) node.to_host.put(node.sender.status(now), now);
+      for (int i = 0; i < 3; ++i)
+        if (const auto goodbye = node.sender.status(now); !goodbye.empty()) node.to_host.put(goodbye, now);
       node.running = false;
     }
   }

@@ -2,6 +2,7 @@
 // Every frame in the record, once and in order, over links and through deaths that a lab has.
 #include <algorithm>
 #include <map>
+#include <random>
 
 #include <gtest/gtest.h>
 
@@ -62,6 +63,147 @@ TEST(Delivery, SurvivesABadLinkWithinASecond) {
   RecordProperty("resent_per_frame_percent",
                  static_cast<int>(100 * lab.nodes[0]->sender.counts().resent / lab.nodes[0]->captured));
   EXPECT_LE(at_999, kSecond);
+}
+
+proto::Key a_key(std::uint8_t first) { return proto::Key(std::array<std::uint8_t, proto::Key::kBytes>{first}); }
+
+firmware::SenderOptions with_key(std::uint8_t first) {
+  firmware::SenderOptions options;
+  options.key = a_key(first);
+  return options;
+}
+
+TEST(DeliveryWithKeys, SurvivesABadLinkAndDeathsOfTheHostWithinASecond) {
+  Simulation lab;
+  lab.keys = {a_key(1)};
+  for (std::uint64_t i = 1; i <= 3; ++i) make_bad(lab.add_node("n", i, with_key(1)));
+  lab.start_host();
+  lab.run(20 * kSecond);
+  std::vector<std::int64_t> delays;
+  for (const Row& row : lab.record) delays.push_back(row.recorded_ns - row.captured_ns);
+  std::sort(delays.begin(), delays.end());
+  EXPECT_LE(delays[delays.size() * 999 / 1000], kSecond);
+  std::mt19937_64 random(7);
+  for (int life = 0; life < 8; ++life) {
+    lab.kill_host();
+    lab.run(static_cast<std::int64_t>(random() % 1500) * kMillisecond);
+    lab.start_host();
+    lab.run(static_cast<std::int64_t>(random() % 3000) * kMillisecond);
+  }
+  lab.run(5 * kSecond);
+  lab.end_nodes();
+  const auto boots = by_boot(lab);
+  for (std::uint64_t i = 1; i <= 3; ++i) {
+    expect_all_once_in_order(boots.at(boot_of("n", i)), lab.nodes[i - 1]->captured);
+    EXPECT_EQ(lab.nodes[i - 1]->sender.counts().lost, 0u);
+  }
+}
+
+TEST(DeliveryWithKeys, AKeyIsChangedWithoutLosingAFrame) {
+  Simulation lab;
+  lab.keys = {a_key(1)};
+  make_bad(lab.add_node("n", 1, with_key(1)));
+  lab.start_host();
+  lab.run(3 * kSecond);
+  lab.keys = {a_key(2), a_key(1)};  // srd keygen --change: the host reads its folder again
+  lab.run(3 * kSecond);
+  lab.end_nodes();  // restarted with the new file
+  make_bad(lab.add_node("n", 2, with_key(2)));
+  lab.run(3 * kSecond);
+  lab.keys = {a_key(2)};  // --end-change
+  lab.run(3 * kSecond);
+  lab.nodes[1]->capturing = false;
+  lab.nodes[1]->sender.stop(lab.now);
+  while (lab.nodes[1]->running) lab.step();
+  const auto boots = by_boot(lab);
+  ASSERT_EQ(boots.size(), 2u);
+  for (std::uint64_t i = 1; i <= 2; ++i) expect_all_once_in_order(boots.at(boot_of("n", i)), lab.nodes[i - 1]->captured);
+  EXPECT_GE(lab.nodes[0]->captured, 1200u);
+}
+
+TEST(DeliveryWithKeys, WithoutTheRightKeyNothingIsRecordedNorAcknowledged) {
+  for (const bool node_has_one : {true, false}) {
+    Simulation lab;
+    lab.keys = {a_key(1)};
+    SimulatedNode& node = lab.add_node("n", 1, node_has_one ? with_key(2) : firmware::SenderOptions{});
+    lab.start_host();
+    lab.run(3 * kSecond);
+    EXPECT_TRUE(lab.record.empty());
+    EXPECT_EQ(node.sender.counts().acknowledgements, 0u);
+    EXPECT_TRUE(lab.host->receiver().sources().empty());
+    ASSERT_EQ(lab.host->receiver().concerns().size(), 1u);
+    EXPECT_EQ(lab.host->receiver().concerns()[0].second, node_has_one ? LinkConcern::kOtherKey : LinkConcern::kNodeKeyless);
+  }
+  Simulation lab;
+  lab.add_node("n", 1, with_key(2));
+  lab.start_host();
+  lab.run(3 * kSecond);
+  EXPECT_TRUE(lab.record.empty());
+  ASSERT_EQ(lab.host->receiver().concerns().size(), 1u);
+  EXPECT_EQ(lab.host->receiver().concerns()[0].second, LinkConcern::kHostKeyless);
+}
+
+// A stranger who hears everything, and has the key of a node "mine" only, sends a million datagrams to the host and to the
+// node: what was said before, also in another session and of another boot, to the other end, cut, changed, made with the key
+// that it has, and noise.
+TEST(SlowDeliveryWithKeys, NothingOfAMillionForgedDatagramsIsAccepted) {
+  Simulation lab;
+  lab.keys = {a_key(1)};
+  std::vector<std::vector<std::uint8_t>> heard;
+  std::mt19937_64 random(5);
+  lab.overheard = [&](bool, const std::vector<std::uint8_t>& datagram) {
+    if (heard.size() < 20000) heard.push_back(datagram);
+  };
+  lab.add_node("n", 1, with_key(1));
+  lab.start_host();
+  lab.run(4 * kSecond);
+  lab.end_nodes();
+  lab.kill_host();
+  lab.start_host();
+  SimulatedNode& node = lab.add_node("n", 2, with_key(1));
+  lab.run(4 * kSecond);
+  const proto::Key mine = a_key(9);
+  std::map<proto::BootId, std::uint64_t> recorded;
+  std::uint64_t forged = 0, rows = lab.record.size();
+  const auto address = Address::parse("127.0.0.1:9", "stranger").value();
+  while (forged < 1'000'000) {
+    auto datagram = heard[random() % heard.size()];
+    switch (random() % 5) {
+      case 0: break;  // replayed
+      case 1: datagram.resize(random() % datagram.size()); break;
+      case 2: datagram[random() % datagram.size()] ^= static_cast<std::uint8_t>(1 + random() % 255); break;
+      case 3: {  // the stranger's own tag
+        const auto direction = random() % 2 == 0 ? proto::Direction::kFromNode : proto::Direction::kFromHost;
+        const std::size_t size = datagram.size() - std::min(datagram.size(), proto::kMostEndBytes);
+        datagram.resize(size + proto::kMostEndBytes);
+        proto::append_end(&mine, direction, datagram, size);
+        break;
+      }
+      default:
+        for (auto& byte : datagram) byte = static_cast<std::uint8_t>(random());
+    }
+    // Both ends get it: half of what was heard is reflected.
+    lab.host->receive(datagram, address);
+    const auto before = node.sender.counts();
+    const std::uint64_t unacknowledged = node.sender.unacknowledged();
+    node.sender.receive(datagram, lab.now);
+    ASSERT_EQ(node.sender.counts().acknowledgements, before.acknowledgements);
+    ASSERT_EQ(node.sender.unacknowledged(), unacknowledged);
+    forged += 2;
+    if (forged % 2000 == 0) lab.step();  // life goes on
+    for (const auto& [id, source] : lab.host->receiver().sources()) ASSERT_FALSE(source.address == address);
+  }
+  ASSERT_TRUE(lab.host->receiver().sources().size() <= 2u);
+  EXPECT_LE(lab.host->receiver().concerns().size(), Receiver::kMaxConcerns);
+  lab.run(kSecond);
+  EXPECT_GT(lab.record.size(), rows);
+  node.capturing = false;
+  node.sender.stop(lab.now);
+  while (node.running) lab.step();
+  const auto boots = by_boot(lab);
+  ASSERT_EQ(boots.size(), 2u);
+  for (std::uint64_t i = 1; i <= 2; ++i) expect_all_once_in_order(boots.at(boot_of("n", i)), lab.nodes[i - 1]->captured);
+  EXPECT_EQ(node.sender.counts().lost, 0u);
 }
 
 TEST(Delivery, GoodLinkSendsEachFrameOnce) {

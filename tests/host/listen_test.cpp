@@ -13,7 +13,9 @@
 #include <CLI/CLI.hpp>
 
 #include "drivers/support/csv_table.hpp"
+#include "drivers/support/key_file.hpp"
 #include "firmware/transmit/transmitter.hpp"
+#include "host/keygen/keygen.hpp"
 #include "host/listen/command.hpp"
 #include "host/listen/status_line.hpp"
 #include "tests/fakes/scratch_folder.hpp"
@@ -235,6 +237,69 @@ TEST(Listen, AHostWithoutAnAnswerFromAnyAddressSaysAllOfThem) {
   const firmware::TransmitterReport report = (*node)->finish();
   EXPECT_EQ(report.unacknowledged, 1u);
   EXPECT_EQ(report.host_address, "none of its addresses answers: " + a.text() + ", " + b.text());
+}
+
+// Over real sockets, with the folder that srd keygen makes; a node that is added while it runs; a host for everyone.
+TEST(ListenWithKeys, RecordsTheNodesWhoseKeysItHasAndThoseAddedLater) {
+  const fakes::ScratchFolder folder;
+  const auto file = folder.path() / "run.csv", keys = folder.path() / "keys";
+  const auto key_of = [&](const char* node) {
+    return proto::Key(KeyFile::read(keys / (std::string(node) + ".key")).value().keys.front().bytes());
+  };
+  ASSERT_TRUE(keygen({.nodes = {"cam-1"}, .folder = keys}).ok());
+  std::atomic<bool> never{true};
+  std::string said;
+  ListenOptions open{.bind = "0.0.0.0:0", .keys = keys};
+  open.notify = [&](const std::string& text) { said += text; };
+  EXPECT_TRUE(listen(open, never).ok());
+  EXPECT_EQ(said.find("without a key"), std::string::npos) << said;
+
+  Listening host({.csv = file, .keys = keys});
+  const auto send = [&](const char* name, std::optional<proto::Key> key, std::int64_t linger) {
+    firmware::TransmitterOptions options;
+    options.sender.from = {*proto::NodeId::make(name), 1};
+    options.sender.key = key;
+    options.sender.timing.linger = linger;
+    options.host = host.address().text();
+    auto node = firmware::Transmitter::start(options);
+    EXPECT_TRUE(node.ok());
+    for (int i = 0; i < 30; ++i) EXPECT_TRUE((*node)->push(simulated::Simulation::frame_at(i)));
+    return (*node)->finish().unacknowledged;
+  };
+  EXPECT_EQ(send("cam-1", key_of("cam-1"), 5'000'000'000), 0u);
+  EXPECT_EQ(send("cam-2", std::nullopt, 300'000'000), 30u);
+  EXPECT_EQ(send("cam-3", key_of("cam-1"), 300'000'000), 30u);
+  ASSERT_TRUE(keygen({.nodes = {"cam-3"}, .folder = keys}).ok());
+  EXPECT_EQ(send("cam-3", key_of("cam-3"), 5'000'000'000), 0u);
+  host.end();
+  expect_rows(file, {{"cam-1", 30}, {"cam-3", 30}});
+  EXPECT_NE(host.said.find("node 'cam-2' sends without a key"), std::string::npos) << host.said;
+  EXPECT_NE(host.said.find("node 'cam-3' has a key, and there is none for it"), std::string::npos) << host.said;
+}
+
+TEST(ListenWithKeys, RefusesAFolderOfKeysThatOthersCanRead) {
+  const fakes::ScratchFolder folder;
+  const auto keys = folder.path() / "keys";
+  const std::atomic<bool> stop{true};
+  ListenOptions options{.bind = "127.0.0.1:0", .keys = keys};
+  options.notify = [](const std::string&) {};
+  const auto refused = [&](const std::string& part) {
+    const auto done = listen(options, stop);
+    EXPECT_FALSE(done.ok());
+    if (done.ok()) return;
+    EXPECT_EQ(done.error().exit, Exit::kUsage);
+    EXPECT_NE(done.error().text().find(part), std::string::npos) << done.error().text();
+  };
+  refused("srd keygen");
+  std::filesystem::create_directory(keys);
+  refused("no key in the folder");
+  ASSERT_TRUE(keygen({.nodes = {"cam-1"}, .folder = keys}).ok());
+  EXPECT_TRUE(listen(options, stop).ok());
+  std::filesystem::permissions(keys / "cam-1.key", std::filesystem::perms::others_read, std::filesystem::perm_options::add);
+  refused("chmod 600");
+  std::filesystem::permissions(keys / "cam-1.key", std::filesystem::perms::others_read, std::filesystem::perm_options::remove);
+  std::filesystem::rename(keys / "cam-1.key", keys / "cam-2.key");
+  refused("cam-1.key");
 }
 
 TEST(Listen, WarnsWhenAnyoneCouldSend) {

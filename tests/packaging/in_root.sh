@@ -49,6 +49,12 @@ detects() {
   printf '%s\0' "$1" >/tmp/model
   [ "$(SRD_MODEL_FILE=/tmp/model /usr/lib/flume-srd/detect-board)" = "$2" ]
 }
+refuses_the_key() {
+  if srd-node --config $node --check-config >/tmp/key 2>&1; then return 1; fi
+  cat /tmp/key
+  holds /tmp/key "chmod 600 /etc/flume-srd/node.key"
+}
+key_is_the_services() { [ "$(stat -c '%U:%G %a' /etc/flume-srd/node.key)" = "flume-srd:flume-srd 400" ]; }
 is_named() { dpkg-query -W -f '${Version}' flume-srd-node | grep -q "$1"; }
 is_quiet() { ! "$@" 2>&1 | grep .; }
 
@@ -81,6 +87,16 @@ check "upgrades again" apt install /packages/next.deb
 check "upgrade has the version after" is_named +next
 check "edited configuration is kept by the upgrade" cmp $node /tmp/edited
 cp /packages/geometry/generic-v4l2/calibration.yml /etc/flume-srd/
+echo "flume-srd-key-1 north-wall $(printf '0123456789abcdef%.0s' 1 2 3 4)" >/etc/flume-srd/node.key
+chmod 644 /etc/flume-srd/node.key
+sed -i 's|^host = .*|&\nkey = "node.key"|' $node
+cp $node /tmp/edited
+cp /packages/geometry/generic-v4l2/pose.yml /etc/flume-srd/
+check "a key that others can read is refused" refuses_the_key
+check "installing again makes the key the service's own" apt install --reinstall /packages/next.deb
+check "the key is the service's own" key_is_the_services
+check "the service's user can read it" sh -c 'setpriv --reuid=flume-srd --regid=flume-srd --init-groups srd-node --config /etc/flume-srd/node.toml --check-config'
+rm /etc/flume-srd/pose.yml
 check "removes" apt remove flume-srd-node
 check "the program is gone" absent /usr/bin/srd-node
 check "edited configuration is kept by the removal" cmp $node /tmp/edited
@@ -89,6 +105,7 @@ check "edited configuration is still there" cmp $node /tmp/edited
 check "service is enabled again" is_enabled
 check "purges" apt purge flume-srd-node
 check "purge takes the configuration" absent $node
+check "purge takes the key" absent /etc/flume-srd/node.key
 check "purge leaves a person's calibration" cmp /etc/flume-srd/calibration.yml /packages/geometry/generic-v4l2/calibration.yml
 check "purge leaves no enabled service" absent /etc/systemd/system/multi-user.target.wants/flume-srd-node.service
 rm -f /etc/flume-srd/calibration.yml
