@@ -31,9 +31,12 @@ class BoardFinder {
   Result<CornerGrid> search(const GrayView& image, const DetectorOptions& options, Label&& label);
   [[nodiscard]] int labelled() const;
 
+  [[nodiscard]] bool fit_sighted(const GrayView& image, const DetectorOptions& options);
+
+  std::size_t max_corners_;
   CornerDetector detector_;
   GridLabeller labeller_;
-  std::span<const CornerFit> corners_;
+  std::vector<CornerFit> corners_;
 };
 
 }  // namespace srd::dsp

@@ -8,7 +8,6 @@ namespace srd::dsp {
 
 namespace {
 
-constexpr std::array<int, 4> kRowStep{0, 1, 0, -1}, kColumnStep{1, 0, -1, 0};
 constexpr int kReach = 2;            // cells: how far round a cell its map is taken from
 constexpr float kContinues = 0.60f;  // of a step: a linked neighbour against the steps before and beside it
 constexpr float kLinked = 0.45f;     // of a step: a corner that a link leads to against the map
@@ -17,7 +16,11 @@ constexpr float kAligned = 0.80f;    // cosine between an edge and the map's ste
 constexpr float kAlone = 0.12f;      // of a step: a corner with a single neighbour
 constexpr int kSmallest = 4;         // corners
 constexpr float kNoSupport = 1e9f;   // a misfit: no map without the corner itself
+// At the border the map is carried on, not laid between: linear, it misses 3/2 of the bend of a step there, 1/2 inside. What is
+// usual nearby comes from inside.
+constexpr float kBorder = 3.0f, kBorderMost = 0.30f;
 constexpr int kPasses = 64;
+constexpr int kRings = 12;
 
 std::uint64_t key_of(int piece, int row, int column) {
   const auto bits = [](int x) { return static_cast<std::uint64_t>(static_cast<std::uint32_t>(x) & 0xfffffu); };
@@ -30,17 +33,20 @@ std::size_t hash_of(std::uint64_t key) { return static_cast<std::size_t>((key * 
 
 CornerLattice::CornerLattice(std::size_t max_corners) {
   std::size_t size = 16;
-  while (size < 4 * max_corners) size *= 2;
+  const std::size_t max_nodes = 2 * max_corners;  // as many are sighted at the most
+  while (size < 4 * max_nodes) size *= 2;
   table_.reserve(size);
-  places_.reserve(max_corners);
-  queue_.reserve(max_corners);
-  misfit_.reserve(max_corners);
-  distance_.reserve(max_corners);
-  refused_.reserve(max_corners);
+  places_.reserve(max_nodes);
+  queue_.reserve(max_nodes);
+  misfit_.reserve(max_nodes);
+  distance_.reserve(max_nodes);
+  refused_.reserve(max_nodes);
+  meetings_.reserve(kMaxMeetings);
 }
 
-void CornerLattice::build(const CornerLinks& links) {
+void CornerLattice::build(CornerLinks& links) {
   nodes_ = links.nodes();
+  corners_ = nodes_.size();
   places_.assign(nodes_.size(), {});
   misfit_.assign(nodes_.size(), 0);
   distance_.assign(nodes_.size(), 0);
@@ -61,9 +67,36 @@ void CornerLattice::build(const CornerLinks& links) {
     const bool joined = join(links);
     if (!pruned && !joined) break;
   }
+  // A ring of sighted corners at a time, each no further than kDeepest from a detected one.
+  for (int ring = 0; ring < kRings && sight(links); ++ring) {
+    while (attach(links)) {}
+    (void)prune();
+    drop_small();
+    // What contradicted a small piece's map may agree with that of the larger.
+    if (const bool met = join_where_they_meet(); join(links) || met) refused_.assign(refused_.size(), 0);
+  }
+  while (attach(links)) {}
   (void)prune();
+  drop_loose();
   drop_small();
   measure_misfits();
+}
+
+// Detected corners that hang on sighted ones alone: of a board that ends there, they are as likely as not something else.
+void CornerLattice::drop_loose() {
+  for (std::size_t i = 0; i < corners_; ++i) {
+    const Place at = places_[i];
+    if (at.piece < 0) continue;
+    int detected = 0, beside = 0;
+    for (std::size_t d = 0; d < 4; ++d) {
+      const int next = find(at.piece, at.row + kRowSteps[d], at.column + kColumnSteps[d]);
+      if (next < 0 || places_[static_cast<std::size_t>(next)].piece < 0) continue;
+      ++beside;
+      if (static_cast<std::size_t>(next) < corners_) ++detected;
+    }
+    if (detected == 0 && beside < 3) release(i);
+  }
+  rebuild_table();
 }
 
 // Breadth first over the links that are sides of cells.
@@ -85,8 +118,8 @@ void CornerLattice::flood(std::size_t from) {
       const int next = node.link[static_cast<std::size_t>(half)];
       if (next < 0 || places_[static_cast<std::size_t>(next)].piece >= 0) continue;
       const std::size_t b = static_cast<std::size_t>(next);
-      const Place place{piece, at.row + kRowStep[static_cast<std::size_t>(direction)],
-                        at.column + kColumnStep[static_cast<std::size_t>(direction)],
+      const Place place{piece, at.row + kRowSteps[static_cast<std::size_t>(direction)],
+                        at.column + kColumnSteps[static_cast<std::size_t>(direction)],
                         modulo4(node.back[static_cast<std::size_t>(half)] - direction - 2)};
       if (find(piece, place.row, place.column) >= 0 || !continues(a, direction, b)) continue;
       settle(b, place);
@@ -100,8 +133,8 @@ bool CornerLattice::continues(std::size_t from, int direction, std::size_t to) c
   const Place& at = places_[from];
   const auto member = [&](int steps, int sideways) {
     const std::size_t d = static_cast<std::size_t>(direction), s = static_cast<std::size_t>(modulo4(direction + 1));
-    return find(at.piece, at.row + steps * kRowStep[d] + sideways * kRowStep[s],
-                at.column + steps * kColumnStep[d] + sideways * kColumnStep[s]);
+    return find(at.piece, at.row + steps * kRowSteps[d] + sideways * kRowSteps[s],
+                at.column + steps * kColumnSteps[d] + sideways * kColumnSteps[s]);
   };
   const CornerNode &a = nodes_[from], &b = nodes_[to];
   const auto near = [&](const CornerNode& start, const CornerNode& end) {
@@ -129,7 +162,7 @@ bool CornerLattice::bright_at(int piece, int row, int column) const {
 
 // Weighted least squares of a plane through the members round the cell. The nearest count most: water bends the map
 // within a few squares.
-bool CornerLattice::local_map(int piece, int row, int column, int without, LocalMap& map) const {
+bool CornerLattice::local_map(int piece, int row, int column, int without, LocalMap& map, bool detected_only) const {
   float w = 0, wr = 0, wc = 0, wrr = 0, wrc = 0, wcc = 0, u = 0, ur = 0, uc = 0, v = 0, vr = 0, vc = 0;
   float base_u = 0, base_v = 0;
   map.members = 0;
@@ -137,6 +170,7 @@ bool CornerLattice::local_map(int piece, int row, int column, int without, Local
     for (int dc = -kReach; dc <= kReach; ++dc) {
       const int i = find(piece, row + dr, column + dc);
       if (i < 0 || i == without) continue;
+      if (detected_only && static_cast<std::size_t>(i) >= corners_) continue;
       const CornerNode& node = nodes_[static_cast<std::size_t>(i)];
       if (map.members++ == 0) {
         base_u = node.u;
@@ -202,7 +236,7 @@ int CornerLattice::due(const CornerLinks& links, int piece, int row, int column,
   const float step = std::min(std::hypot(map.row_u, map.row_v), std::hypot(map.column_u, map.column_v));
   links.near(map.u, map.v, kLinked * map.step, [&](std::size_t i) {
     const CornerNode& node = nodes_[i];
-    if (!node.usable || refused_[i] != 0 || places_[i].piece >= 0) return;
+    if (i >= corners_ || !node.usable || places_[i].piece >= 0) return;
     int turn;
     if (!turn_towards(node, map, turn)) return;
     if ((node.bright != ((turn & 1) != 0)) != bright_at(piece, row, column)) return;
@@ -210,7 +244,7 @@ int CornerLattice::due(const CornerLinks& links, int piece, int row, int column,
     int seen = 0, beside = 0;
     for (int direction = 0; direction < 4; ++direction) {
       const std::size_t d = static_cast<std::size_t>(direction);
-      const int next = find(piece, row + kRowStep[d], column + kColumnStep[d]);
+      const int next = find(piece, row + kRowSteps[d], column + kColumnSteps[d]);
       if (next < 0) continue;
       const int half = modulo4(direction + turn);
       ++beside;
@@ -218,6 +252,8 @@ int CornerLattice::due(const CornerLinks& links, int piece, int row, int column,
       linked = linked || node.link[static_cast<std::size_t>(half)] == next;
     }
     if (2 * seen <= beside) return;
+    // Contradicted when it stood alone, it may come back beside two.
+    if (refused_[i] != 0 && (refused_[i] > kReturns || beside < 2 || seen < beside)) return;
     const float distance = std::hypot(node.u - map.u, node.v - map.v) / step;
     if (distance > (linked ? kLinked : kDue)) return;
     if (best < 0 || distance < nearest) {
@@ -240,7 +276,7 @@ bool CornerLattice::attach(const CornerLinks& links) {
     const Place at = places_[i];
     if (at.piece < 0) continue;
     for (std::size_t d = 0; d < 4; ++d) {
-      const int row = at.row + kRowStep[d], column = at.column + kColumnStep[d];
+      const int row = at.row + kRowSteps[d], column = at.column + kColumnSteps[d];
       if (find(at.piece, row, column) >= 0) continue;
       Place place;
       const int node = due(links, at.piece, row, column, place);
@@ -258,7 +294,9 @@ void CornerLattice::measure_misfits() {
     distance_[i] = misfit_[i] = 0;
     if (at.piece < 0) continue;
     LocalMap map;
-    if (!local_map(at.piece, at.row, at.column, static_cast<int>(i), map)) {
+    // What was only sighted speaks against a detected corner where nothing else does.
+    const bool detected = i < corners_ && local_map(at.piece, at.row, at.column, static_cast<int>(i), map, true);
+    if (!detected && !local_map(at.piece, at.row, at.column, static_cast<int>(i), map)) {
       distance_[i] = -1;  // hangs on by a thread
       continue;
     }
@@ -294,8 +332,10 @@ float CornerLattice::misfit_of(std::size_t node, float step) {
     std::nth_element(values.begin(), values.begin() + n / 2, values.begin() + n);
     return values[static_cast<std::size_t>(n / 2)];
   };
-  float limit = kUsual * middle(distances) + kOfStep + kOfPixel / step;
+  const float bend = kUsual * middle(distances), own = kOfStep + kOfPixel / step;
+  float limit = beside == 4 ? bend + own : std::max(bend, std::min(kBorder * bend, kBorderMost)) + own;
   if (beside < 2) limit = std::min(limit, kAlone);
+  if (node >= corners_) return distance_[node] / limit;
   // A corner in a shadow is as faint as one of something else, but it lies where it should.
   const float faint = std::max(1.0f, middle(contrasts) / std::max(nodes_[node].contrast, 1.0f));
   return distance_[node] / limit * faint * faint;
@@ -321,7 +361,7 @@ bool CornerLattice::prune() {
     if (queue_.empty()) break;
     for (const int i : queue_) {
       release(static_cast<std::size_t>(i));
-      refused_[static_cast<std::size_t>(i)] = 1;
+      if (misfit_[static_cast<std::size_t>(i)] < kNoSupport) ++refused_[static_cast<std::size_t>(i)];
     }
     rebuild_table();
     any = true;
@@ -352,19 +392,19 @@ float CornerLattice::usual_at(int piece, int row, int column) const {
 
 void CornerLattice::settle(std::size_t node, const Place& place) {
   places_[node] = place;
-  ++size_[static_cast<std::size_t>(place.piece)];
+  if (node < corners_) ++size_[static_cast<std::size_t>(place.piece)];
   insert(place, static_cast<int>(node));
 }
 
 // The table is rebuilt by the caller.
 void CornerLattice::release(std::size_t node) {
-  --size_[static_cast<std::size_t>(places_[node].piece)];
+  if (node < corners_) --size_[static_cast<std::size_t>(places_[node].piece)];
   places_[node] = {};
 }
 
 void CornerLattice::rebuild_table() {
   std::size_t size = 16;
-  while (size < 4 * nodes_.size()) size *= 2;
+  while (size < 8 * corners_) size *= 2;
   mask_ = size - 1;
   table_.assign(size, {0, -1});
   for (std::size_t i = 0; i < places_.size(); ++i)

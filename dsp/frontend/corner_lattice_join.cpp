@@ -9,9 +9,12 @@ namespace srd::dsp {
 
 namespace {
 
-constexpr float kGap = 3.4f;         // steps between the corners of two pieces that may be joined
+constexpr float kGap = 3.4f;  // steps between the corners of two pieces that may be joined
+constexpr float kTouching = 1.5f;
 constexpr float kMapsDiffer = 0.5f;  // of a step, between the steps of two pieces
+constexpr float kOneThing = 0.35f;   // of a step, between two sightings of one corner
 constexpr int kVotes = 3;
+constexpr float kMeetingsAgree = 0.9f;
 constexpr float kAgree = 0.75f;  // of all votes, by weight
 
 }  // namespace
@@ -38,13 +41,13 @@ bool CornerLattice::agree(const CornerLinks& links, int host, int guest, Shift& 
   std::array<Shift, 32> shifts{};
   std::size_t count = 0;
   float total = 0;
-  for (std::size_t q = 0; q < nodes_.size(); ++q) {
+  for (std::size_t q = 0; q < corners_; ++q) {
     const Place& at = places_[q];
     if (at.piece != guest) continue;
     LocalMap own;
     if (!local_map(guest, at.row, at.column, -1, own)) continue;
     int from = -1;
-    float nearest = kGap * own.step;
+    float nearest = (links.sees_edges() ? kTouching : kGap) * own.step;
     links.near(nodes_[q].u, nodes_[q].v, nearest, [&](std::size_t i) {
       if (places_[i].piece != host) return;
       const float d = std::hypot(nodes_[i].u - nodes_[q].u, nodes_[i].v - nodes_[q].v);
@@ -101,23 +104,79 @@ bool CornerLattice::agree(const CornerLinks& links, int host, int guest, Shift& 
   shift = *std::max_element(shifts.begin(), shifts.begin() + static_cast<std::ptrdiff_t>(count),
                             [](const Shift& a, const Shift& b) { return a.weight < b.weight; });
   if (shift.votes < kVotes || shift.weight < kAgree * total) return false;
+  return overlap_fits(host, guest, shift);
+}
+
+bool CornerLattice::overlap_fits(int host, int guest, const Shift& shift) const {
   for (std::size_t q = 0; q < nodes_.size(); ++q) {
     if (places_[q].piece != guest) continue;
     int row = places_[q].row, column = places_[q].column;
     turn_cell(-shift.turn, row, column);
-    if (find(host, row + shift.row, column + shift.column) >= 0) return false;
+    const int taken = find(host, row + shift.row, column + shift.column);
+    if (taken < 0) continue;
+    // Where both see something in one cell, it must be one thing, and no more than one of them may have measured it.
+    const CornerNode &ours = nodes_[q], &theirs = nodes_[static_cast<std::size_t>(taken)];
+    if (ours.depth == 0 && theirs.depth == 0) return false;
+    LocalMap map;
+    if (!local_map(guest, places_[q].row, places_[q].column, -1, map)) return false;
+    if (std::hypot(ours.u - theirs.u, ours.v - theirs.v) > kOneThing * map.step) return false;
   }
   return true;
 }
 
+void CornerLattice::meet(int host, int guest, const Shift& shift) {
+  for (Meeting& known : meetings_) {
+    if (known.host != host || known.guest != guest || known.shift.turn != shift.turn || known.shift.row != shift.row ||
+        known.shift.column != shift.column)
+      continue;
+    ++known.shift.votes;
+    return;
+  }
+  if (meetings_.size() < kMaxMeetings) meetings_.push_back({host, guest, shift});
+}
+
+// Pieces that have come to each other's corners. What a piece sights differently in two places joins it to nothing.
+bool CornerLattice::join_where_they_meet() {
+  bool any = false;
+  while (!meetings_.empty()) {
+    const Meeting best = *std::max_element(meetings_.begin(), meetings_.end(),
+                                           [](const Meeting& a, const Meeting& b) { return a.shift.votes < b.shift.votes; });
+    if (best.shift.votes < kVotes) break;
+    int all = 0;
+    for (const Meeting& each : meetings_)
+      if (each.host == best.host && each.guest == best.guest) all += each.shift.votes;
+    const bool agreed = static_cast<float>(best.shift.votes) >= kMeetingsAgree * static_cast<float>(all);
+    if (agreed && overlap_fits(best.host, best.guest, best.shift)) {
+      move(best.host, best.guest, best.shift);
+      any = true;
+      // Of the pieces as they were.
+      std::erase_if(meetings_, [&](const Meeting& each) {
+        return each.host == best.guest || each.guest == best.guest || each.host == best.host || each.guest == best.host;
+      });
+    } else {
+      std::erase_if(meetings_, [&](const Meeting& each) { return each.host == best.host && each.guest == best.guest; });
+    }
+  }
+  meetings_.clear();
+  return any;
+}
+
 void CornerLattice::move(int host, int guest, const Shift& shift) {
-  for (Place& place : places_) {
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    Place& place = places_[i];
     if (place.piece != guest) continue;
     turn_cell(-shift.turn, place.row, place.column);
     place.row += shift.row;
     place.column += shift.column;
     place.turn = modulo4(place.turn + shift.turn);
     place.piece = host;
+    const int taken = find(host, place.row, place.column);
+    if (taken < 0) continue;
+    // What is detected stays rather than what was sighted.
+    if (nodes_[i].depth == 0)
+      places_[static_cast<std::size_t>(taken)] = {};
+    else
+      place = {};
   }
   size_[static_cast<std::size_t>(host)] += size_[static_cast<std::size_t>(guest)];
   size_[static_cast<std::size_t>(guest)] = 0;

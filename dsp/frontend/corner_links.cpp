@@ -43,11 +43,11 @@ CornerNode node_of(const CornerFit& corner) {
   return node;
 }
 
-CornerLinks::CornerLinks(std::size_t max_corners) {
-  nodes_.reserve(max_corners);
+CornerLinks::CornerLinks(std::size_t max_corners) : max_nodes_(2 * max_corners) {
+  nodes_.reserve(max_nodes_);
   candidates_.reserve(max_corners);
   gap_.reserve(max_corners);
-  next_.reserve(max_corners);
+  next_.reserve(max_nodes_);
   first_.reserve(3 * max_corners + 8);
 }
 
@@ -100,6 +100,15 @@ void CornerLinks::sort_into_buckets() {
     next_[i] = first;
     first = static_cast<int>(i);
   }
+}
+
+bool CornerLinks::add(const CornerNode& node) {
+  if (nodes_.size() == max_nodes_) return false;
+  int& first = first_[static_cast<std::size_t>(row_of(node.v) * bucket_columns_ + column_of(node.u))];
+  next_.push_back(first);
+  first = static_cast<int>(nodes_.size());
+  nodes_.push_back(node);
+  return true;
 }
 
 void CornerLinks::find_twins() {

@@ -25,6 +25,7 @@ struct CornerNode {
   float contrast = 0;                           // grey levels from dark to bright
   bool usable = true;                           // false: a stronger corner lies at the same place
   std::uint8_t cells = 0;                       // bit i: four neighbours close a square between half edges i and i + 1
+  std::uint8_t depth = 0;                       // 0: detected; else how many corners in a row were only sighted, up to this one
 };
 
 // The node of a fit, without links.
@@ -36,10 +37,14 @@ class CornerLinks {
 
   // Strongest corner first. No more corners than announced. image: which the corners are of, or empty; kept.
   void build(std::span<const CornerFit> corners, const GrayView& image);
+  // The corners in their order, then what was added.
   [[nodiscard]] std::span<const CornerNode> nodes() const { return nodes_; }
+  // A node without links, beside the corners. False: no room, there may be as many as corners were announced.
+  [[nodiscard]] bool add(const CornerNode& node);
   // To the nearest usable corner among the few dozen that were looked at, px; 0: none.
   [[nodiscard]] float gap(std::size_t node) const { return gap_[node]; }
   [[nodiscard]] bool sees_edges() const { return image_.width > 0; }
+  [[nodiscard]] const GrayView& image() const { return image_; }
   // An edge of the image runs from a corner along its half edge to another corner. Always true without an image.
   [[nodiscard]] bool edge_seen(const CornerNode& from, int half, const CornerNode& to) const;
   // Calls visit(index) for every usable node no further than reach from (u, v), and for some that are.
@@ -71,6 +76,7 @@ class CornerLinks {
     for (int i = first_[bucket]; i >= 0; i = next_[static_cast<std::size_t>(i)]) visit(static_cast<std::size_t>(i));
   }
 
+  std::size_t max_nodes_;
   GrayView image_{};
   std::vector<CornerNode> nodes_;
   std::vector<std::array<Candidate, 4>> candidates_;

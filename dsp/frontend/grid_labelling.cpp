@@ -20,13 +20,14 @@ GridLabeller::GridLabeller(int max_corners)
   board_cells_.reserve(kMaxCells * max_corners_);
   weight_.reserve(max_corners_);
   sorted_.reserve(max_corners_);
+  sighted_.reserve(max_corners_);
 }
 
 bool GridLabeller::bright_below_right(const CornerFit& corner) { return node_of(corner).bright; }
 
 float GridLabeller::usual_gap() {
   sorted_.clear();
-  for (std::size_t i = 0; i < links_.nodes().size(); ++i)
+  for (std::size_t i = 0; i < lattice_.places().size(); ++i)
     if (const float gap = links_.gap(i); gap > 0) sorted_.push_back(gap);
   if (sorted_.empty()) return 0;
   const auto half = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
@@ -93,9 +94,11 @@ Result<CornerGrid> GridLabeller::label(std::span<const CornerFit> corners, Board
 Result<void> GridLabeller::find_grids(std::span<const CornerFit> corners, const GrayView& image) {
   grid_count_ = 0;
   cells_.clear();
+  sighted_.clear();
   if (corners.size() > max_corners_) return Errc::kTooSmall;
   links_.build(corners, image);
   lattice_.build(links_);
+  list_sighted();
   std::array<int, CornerLattice::kMaxPieces> order{};
   const auto count = static_cast<std::size_t>(lattice_.pieces());
   for (std::size_t i = 0; i < count; ++i) order[i] = static_cast<int>(i);
@@ -105,6 +108,26 @@ Result<void> GridLabeller::find_grids(std::span<const CornerFit> corners, const 
   for (std::size_t i = 0; i < count && lattice_.size(order[i]) > 0; ++i) holes = !lay_out(order[i]) || holes;
   if (grid_count_ == 0) return holes ? Errc::kAmbiguous : Errc::kNotFound;
   return {};
+}
+
+void GridLabeller::list_sighted() {
+  const std::span<const CornerNode> nodes = links_.nodes();
+  for (std::size_t i = lattice_.places().size(); i < nodes.size(); ++i) {
+    SightedCorner corner;
+    if (lattice_.beside(i, corner.step, corner.contrast) < 2) continue;
+    const CornerNode& node = nodes[i];
+    // Both half edges lie clockwise of the normals that are a quarter turn back: between them the distances' signs differ.
+    const auto normal = [&](std::size_t half, float sign) {
+      constexpr float kOne = 16384;
+      return Direction{static_cast<std::int32_t>(sign * kOne * node.along[half][1]),
+                       static_cast<std::int32_t>(-sign * kOne * node.along[half][0])};
+    };
+    corner.shape.u = Pixel::from_raw(static_cast<std::int32_t>(node.u * static_cast<float>(Pixel::kOne)));
+    corner.shape.v = Pixel::from_raw(static_cast<std::int32_t>(node.v * static_cast<float>(Pixel::kOne)));
+    corner.shape.n1 = normal(0, 1);
+    corner.shape.n2 = normal(1, node.bright ? -1.0f : 1.0f);
+    sighted_.push_back(corner);
+  }
 }
 
 // Quarter turns after which the piece's columns run nearest to +u.

@@ -28,6 +28,14 @@ struct CornerGrid {
   [[nodiscard]] bool complete() const { return found == rows * columns; }
 };
 
+// A corner that a grid expects between at least two others and the image shows, though it was not among the corners: where a
+// fit may start.
+struct SightedCorner {
+  CornerShape shape;
+  float step = 0;      // to the next corner of the grid, the shortest way, px
+  float contrast = 0;  // the least of those beside it, grey levels from dark to bright
+};
+
 // Inner corners of a board.
 struct BoardSize {
   int rows = 0, columns = 0;
@@ -45,6 +53,8 @@ class GridLabeller {
   [[nodiscard]] Result<CornerGrid> label(std::span<const CornerFit> corners, BoardSize board, const GrayView& image = {});
   // All grids of the last label(), the largest first. Valid until the next.
   [[nodiscard]] std::span<const CornerGrid> grids() const { return std::span(grids_).first(grid_count_); }
+  // Of the last label(), no more than corners were announced.
+  [[nodiscard]] std::span<const SightedCorner> sighted() const { return sighted_; }
   // From a corner of the last label() to the one nearest to it, the median, px; 0: fewer than two corners.
   [[nodiscard]] float usual_gap();
   // Bright (true) or dark in the sector between the directions +u and +v of a corner: the polarity that alternates.
@@ -55,12 +65,14 @@ class GridLabeller {
   [[nodiscard]] int turn_of(int piece) const;
   [[nodiscard]] bool lay_out(int piece);
   void weigh(std::span<const CornerFit> corners);
+  void list_sighted();
 
   std::size_t max_corners_;
   CornerLinks links_;
   CornerLattice lattice_;
   std::vector<int> cells_, board_cells_;
   std::vector<float> weight_, sorted_;  // how good a corner is: 1 like most, 0 like none
+  std::vector<SightedCorner> sighted_;
   std::array<CornerGrid, CornerLattice::kMaxPieces> grids_{};
   std::size_t grid_count_ = 0;
 };
