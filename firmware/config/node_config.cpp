@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "drivers/support/modes_key.hpp"
 #include "drivers/support/toml_reader.hpp"
 #include "dsp/optics/refractive_index.hpp"
 #include "proto/identity.hpp"
@@ -81,35 +82,9 @@ void read_water(TomlTable water, NodeConfig& config) {
   if (water.has("plate")) config.plates = read_plates(water);
 }
 
-void read_modes(TomlTable& surface, NodeConfig& config) {
-  const auto parameters = surface.integer("parameters", {1, 24});
-  const auto names = surface.texts("modes");
-  if (names && parameters) surface.complain("modes", "either parameters or modes", "both", "leave one of them out");
-  if (names) {
-    std::vector<dsp::Mode> modes;
-    for (const std::string& name : *names) {
-      const auto mode = dsp::Mode::parse(name);
-      if (!mode) {
-        surface.complain("modes", "names such as A00, B, C, A10, A01, A21", "\"" + name + "\"");
-        return;
-      }
-      modes.push_back(*mode);
-    }
-    if (auto list = dsp::ModeList::make(modes))
-      config.modes = *list;
-    else
-      surface.complain("modes", "1 to 24 different modes", std::to_string(modes.size()) + " names, or one twice");
-    return;
-  }
-  const auto list = dsp::ModeList::standard(static_cast<int>(parameters.value_or(5)));
-  if (list)
-    config.modes = *list;
-  else
-    surface.complain("parameters", "1, 3, 5, 8 or 12 (or a list of modes)", std::to_string(*parameters));
-}
-
 void read_surface(TomlTable surface, NodeConfig& config) {
-  read_modes(surface, config);
+  // Five where it does not say.
+  config.modes = read_modes(surface).value_or(*dsp::ModeList::standard(5));
   set(config.lx_mm, surface.number("lx_mm", {0.001, kLargest, "mm"}));
   set(config.ly_mm, surface.number("ly_mm", {0.001, kLargest, "mm"}));
   set(config.x0_mm, surface.number("x0_mm", {-kLargest, kLargest, "mm"}));

@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "drivers/support/unique_fd.hpp"
+#include "host/coefficients/frame_sink.hpp"
 #include "host/coefficients/model_file.hpp"
-#include "host/listen/frame_sink.hpp"
 #include "host/listen/sequence_set.hpp"
 
 namespace srd::host {

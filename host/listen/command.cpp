@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "host/fusion/fusion_file.hpp"
 #include "host/listen/listen.hpp"
 
 namespace srd::host {
@@ -79,7 +80,8 @@ int run(ListenOptions options) {
 void add_listen_command(CLI::App& app, int& exit_code) {
   struct Given {
     ListenOptions options;
-    bool append = false, force = false;
+    bool append = false, force = false, fuse = false;
+    std::filesystem::path boards;
   };
   auto given = std::make_shared<Given>();
   CLI::App* command = app.add_subcommand("listen", "Receive the frames of any number of nodes and write their coefficients");
@@ -91,14 +93,25 @@ void add_listen_command(CLI::App& app, int& exit_code) {
   command->add_option("--for", given->options.seconds, "End after so many seconds")->check(CLI::PositiveNumber);
   auto* append = command->add_flag("--append", given->append, "Go on with an existing file; no frame is written twice");
   auto* force = command->add_flag("--force", given->force, "Write an existing file anew");
+  command->add_flag("--fuse", given->fuse, "Also write one surface of all boards, as of a node named fused");
+  command->add_option("--boards", given->boards, "Which boards see one surface, and where each lies (TOML); implies --fuse");
   append->excludes(force)->needs("--csv");
   force->needs("--csv");
   command->footer(
       "A node with another list of modes than the first gets a file of its own beside FILE: run.csv, run.A00-B-C.csv.\n"
-      "run.csv.model.toml says lengths, origin, index and pattern of each node. Without --csv nothing is kept.");
+      "run.csv.model.toml says lengths, origin, index and pattern of each node. Without --csv nothing is kept.\n"
+      "--fuse wants boards whose clocks agree (chrony, PTP): frames are brought to one moment by their wall times.");
   command->callback([given, &exit_code] {
     if (given->append) given->options.open = OpenMode::kAppend;
     if (given->force) given->options.open = OpenMode::kReplace;
+    if (given->fuse || !given->boards.empty()) given->options.fuse.emplace();
+    if (!given->boards.empty()) {
+      if (const auto read = read_fusion_file(given->boards, *given->options.fuse); !read) {
+        std::fputs(read.error().text().c_str(), stderr);
+        exit_code = static_cast<int>(read.error().exit);
+        return;
+      }
+    }
     exit_code = run(given->options);
   });
 }

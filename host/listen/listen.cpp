@@ -121,6 +121,17 @@ Outcome<void> listen(const ListenOptions& options, const std::atomic<bool>& stop
     session_options.in_file = csv->frames_in_file();
     sinks.push_back(csv.get());
   }
+  std::unique_ptr<Fusion> fusion;
+  if (options.fuse) {
+    FusionOptions fuse = *options.fuse;
+    fuse.boot = random_number();
+    fuse.notify = options.notify;
+    fuse.sinks = options.further_sinks;
+    if (csv) fuse.sinks.push_back(csv.get());
+    fusion = std::make_unique<Fusion>(std::move(fuse));
+    // Before the others: they are flushed with what it gave them.
+    sinks.insert(sinks.begin(), fusion.get());
+  }
   if (options.listening) options.listening(socket->local());
 
   Listener listener{options, std::move(*socket), Session(std::move(session_options), std::move(sinks))};
@@ -141,6 +152,8 @@ Outcome<void> listen(const ListenOptions& options, const std::atomic<bool>& stop
 
   options.notify(summary_table(session));
   for (const std::string& note : surfaces.notes()) options.notify("note: " + note);
+  if (fusion)
+    for (const std::string& line : fusion->summary()) options.notify(line);
   if (csv)
     for (const std::string& note : csv->notes()) options.notify("note: " + note);
   if (csv && csv->files().size() > 1) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "drivers/net/udp_socket.hpp"
+#include "host/fusion/fusion.hpp"
 #include "host/listen/coefficient_file.hpp"
 #include "host/listen/session.hpp"
 
@@ -23,6 +24,7 @@ struct ListenOptions {
   std::filesystem::path keys{};                      // folder of nodes' keys; empty: a link without keys
   std::uint64_t count = 0;                           // rows after which to end; 0: no end
   double seconds = 0;                                // after which to end; 0: no end
+  std::optional<FusionOptions> fuse{};               // boards whose surfaces become one; its sinks and boot are set here
   std::vector<FrameSink*> further_sinks{};           // get every frame too; outlive the call
   std::function<void(const std::string&)> notify{};  // a line for a person (warnings, summary): stderr
   std::function<void(const std::string&)> show{};    // the line that is rewritten; none: no terminal

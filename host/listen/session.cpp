@@ -67,6 +67,8 @@ Outcome<std::vector<Answer>> Session::finish(bool give_up) {
     receiver_.give_up();
     if (auto done = record_ready(); !done) return done.error();
   }
+  for (FrameSink* sink : sinks_)
+    if (auto done = sink->finish(); !done) return done.error();
   if (auto done = flush(); !done) return done.error();
   return answers(true);
 }

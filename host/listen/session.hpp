@@ -9,7 +9,7 @@
 #include <map>
 #include <vector>
 
-#include "host/listen/frame_sink.hpp"
+#include "host/coefficients/frame_sink.hpp"
 #include "host/listen/receiver.hpp"
 
 namespace srd::host {

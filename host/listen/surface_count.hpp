@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "host/listen/frame_sink.hpp"
+#include "host/coefficients/frame_sink.hpp"
 
 namespace srd::host {
 

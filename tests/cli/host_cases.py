@@ -201,6 +201,9 @@ LISTENING = [
     ("a key for no node", lambda b: None, ("srd", "keygen", "cam 1", "--out", "keys"), USAGE, ["1 to 31", "'cam 1'"]),
     ("change and end of it", lambda b: None, ("srd", "keygen", "cam-1", "--out", "keys", "--change", "--end-change"), USAGE,
      ["--change"]),
+    ("file of boards is missing", lambda b: None, (*LISTEN, "--boards", "no-boards.toml"), USAGE, ["no-boards.toml"]),
+    ("one board is no fusion", exists("one.toml", '[[board]]\nnode = "a"\n'),
+     (*LISTEN, "--boards", "one.toml"), USAGE, ["one.toml", "at least two boards of one surface"]),
     ("no seconds", lambda b: None, ("srd", "listen", "--for", "0"), USAGE, ["--for", "0"]),
 ]
 

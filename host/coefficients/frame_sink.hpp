@@ -17,6 +17,8 @@ class FrameSink {
                                             const proto::CoefficientFrame& frame) = 0;
   // All that was written is safe when this returns: the node may forget it.
   [[nodiscard]] virtual Outcome<void> flush() = 0;
+  // Nothing more will be written; before the last flush.
+  [[nodiscard]] virtual Outcome<void> finish() { return {}; }
 };
 
 }  // namespace srd::host
