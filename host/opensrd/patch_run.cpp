@@ -25,13 +25,6 @@ std::string pixels_text(const Region& region) {
 
 Outcome<void> check_request(const Settings& settings, const Overrides& overrides) {
   const std::string file = settings.file.string();
-  if (settings.cameras.size() != 1)
-    return Problem{Exit::kUsage,
-                   "asks for the pattern metric with several cameras",
-                   file,
-                   "one camera: min_u, max_u, min_v, max_v name one region",
-                   std::to_string(settings.cameras.size()) + " cameras",
-                   "set NumberOfCameras to 1 and run the cameras one by one"};
   if (overrides.metric)
     return Problem{Exit::kUsage, "--metric is for corners",
                    file,         "the pattern metric, which is what settings of the 2017 release are for",
@@ -99,16 +92,27 @@ dsp::Coefficients<double> guess_of(const Settings& settings, int parameters) {
   return guess;
 }
 
-// The direction through the middle of the pixels that show the pattern, and where rays through them meet the surface of
-// the guess: the middle is the origin of the model, the outermost places are the plan's points.
-Outcome<void> place_region(RunPlan& plan) {
-  PatternRun& pattern = *plan.pattern_run;
-  const RunCamera& camera = plan.cameras.front();
+// To what a list of points is written with.
+bool same_board(const dsp::CheckerPlane& a, const dsp::CheckerPlane& b) {
+  const auto near = [](double x, double y) { return std::abs(x - y) < 1e-3; };
+  return a.dark == b.dark && near(a.x, b.x) && near(a.y, b.y) && near(a.z, b.z);
+}
+
+struct RegionPlace {
+  Vec3<double> ray;                   // direction through the middle of the pixels that show the pattern
+  Vec3<double> middle;                // where it meets the surface of the guess
+  std::vector<Vec3<double>> corners;  // and where rays through the outermost such pixels do
+};
+
+// From a camera's first image.
+Outcome<RegionPlace> place_region(const RunPlan& plan, std::size_t index) {
+  const PatternRun& pattern = *plan.pattern_run;
+  const RunCamera& camera = plan.cameras[index];
   const std::filesystem::path& file = camera.frames.front();
   const Outcome<GrayImage> image = read_gray_image(file, plan.sample_bits);
   if (!image) return image.error();
   if (auto right = check_size(image->view(), camera.calibration, file); !right) return right.error();
-  const Region& region = pattern.region;
+  const Region& region = pattern.regions[index];
   if (region.u1 > image->width || region.v1 > image->height)
     return Problem{Exit::kUsage,        "the region reaches beyond the image",
                    file.string(),       "at most u " + std::to_string(image->width) + ", v " + std::to_string(image->height),
@@ -140,24 +144,76 @@ Outcome<void> place_region(RunPlan& plan) {
     if (!followed) return followed.error();
     return way.surface_point;
   };
+  RegionPlace out;
   Vec3<double> unused;
-  const auto middle = meet(sum.x() / n, sum.y() / n, pattern.centre_ray);
-  plan.points.clear();
+  const auto middle = meet(sum.x() / n, sum.y() / n, out.ray);
   for (const double u : {seen.u0, seen.u1})
     for (const double v : {seen.v0, seen.v1})
-      if (const auto corner = meet(u, v, unused)) plan.points.push_back(*corner);
-  if (!middle || plan.points.size() < 4)
+      if (const auto corner = meet(u, v, unused)) out.corners.push_back(*corner);
+  if (!middle || out.corners.size() < 4)
     return Problem{Exit::kInput,
                    "the region's rays do not meet the surface of the guess",
                    file.string(),
                    "a guess above the pattern and below the camera",
                    "",
                    "check InitialGuess and the region"};
+  out.middle = *middle;
+  return out;
+}
+
+// The origin of the model is the middle of the regions' middles; their outermost places are the plan's points.
+Outcome<void> place_regions(RunPlan& plan) {
+  PatternRun& pattern = *plan.pattern_run;
+  plan.points.clear();
+  Vec3<double> middle = Vec3<double>::Zero();
+  for (std::size_t i = 0; i < plan.cameras.size(); ++i) {
+    const auto place = place_region(plan, i);
+    if (!place) return place.error();
+    if (i == 0) pattern.centre_ray = place->ray;
+    middle += place->middle / static_cast<double>(plan.cameras.size());
+    plan.points.insert(plan.points.end(), place->corners.begin(), place->corners.end());
+  }
   const auto tenths = [](double mm) { return std::round(10 * mm) / 10; };
-  plan.model.x0 = tenths(middle->x());
-  plan.model.y0 = tenths(middle->y());
+  plan.model.x0 = tenths(middle.x());
+  plan.model.y0 = tenths(middle.y());
   pattern.surface.model = plan.model;
   return {};
+}
+
+// Calibration, pose and frames of a camera, and how the pattern lies and is coloured as its reference shows it.
+Outcome<RunCamera> patch_camera(const Settings& settings, std::size_t index, int sample_bits, dsp::CheckerPlane& plane,
+                                Preparation& made) {
+  const CameraSettings& given = settings.cameras[index];
+  RunCamera camera;
+  camera.name = "camera " + std::to_string(index + 1);
+  const Outcome<Calibration> calibration = read_calibration(given.calibration);
+  if (!calibration) return calibration.error();
+  camera.calibration = *calibration;
+  const Outcome<Points> listed = read_points(given.pose_points);
+  if (!listed) return listed.error();
+  if (static_cast<int>(listed->size()) != settings.board.count())
+    return Problem{Exit::kInput,
+                   "has the wrong number of points",
+                   given.pose_points.string(),
+                   std::to_string(settings.board.count()) + " (the reference pattern's size)",
+                   std::to_string(listed->size()),
+                   "mend the file or the settings"};
+  if (auto good = check_spacing(*listed, settings, given.pose_points); !good) return good.error();
+  const Outcome<PoseFit> fit = pose_of(given, *calibration, *listed, settings, sample_bits, plane);
+  if (!fit) return fit.error();
+  made.fits.push_back(*fit);
+  made.warnings.insert(made.warnings.end(), fit->warnings.begin(), fit->warnings.end());
+  camera.pose = fit->pose;
+  const Vec3<double> centre = camera.pose.centre();
+  const auto hundredths = [](double mm) { return number_text(std::round(100 * mm) / 100); };
+  made.head.push_back(camera.name + ": pose from " + given.reference.string() + ", " + std::to_string(fit->corners) +
+                      " corners, " + number_text(std::round(1e4 * fit->rms_px) / 1e4) + " px rms per axis; centre " +
+                      hundredths(centre.x()) + " " + hundredths(centre.y()) + " " + hundredths(centre.z()) + " mm; region " +
+                      pixels_text(given.region));
+  Outcome<std::vector<std::filesystem::path>> frames = image_files(given.frames, made.warnings);
+  if (!frames) return frames.error();
+  camera.frames = std::move(frames).value();
+  return camera;
 }
 
 }  // namespace
@@ -177,41 +233,35 @@ Outcome<Preparation> prepare_patch(const Settings& settings, const Overrides& ov
   plan.sample_bits = overrides.sample_bits;
   made.warnings = settings.warnings;
   made.head.push_back("settings: " + settings.file.string() + " (" + to_string(settings.dialect) + ")");
-  const CameraSettings& given = settings.cameras.front();
-  RunCamera camera;
-  camera.name = "camera 1";
-  const Outcome<Calibration> calibration = read_calibration(given.calibration);
-  if (!calibration) return calibration.error();
-  camera.calibration = *calibration;
-
-  PatternRun pattern;
-  pattern.region = settings.patch.region;
-  pattern.dark_below = settings.patch.dark_below;
-  pattern.bright_above = settings.patch.bright_above;
   if (!settings.pose_from_image)
     return Problem{Exit::kUsage,           "the pattern metric needs the reference image",
                    settings.file.string(), "TypeCameraPose 1: the image tells the colour of the squares too",
                    "TypeCameraPose 0",     ""};
-  const Outcome<Points> listed = read_points(given.pose_points);
-  if (!listed) return listed.error();
-  if (static_cast<int>(listed->size()) != settings.board.count())
-    return Problem{Exit::kInput,
-                   "has the wrong number of points",
-                   given.pose_points.string(),
-                   std::to_string(settings.board.count()) + " (the reference pattern's size)",
-                   std::to_string(listed->size()),
-                   "mend the file or the settings"};
-  if (auto good = check_spacing(*listed, settings, given.pose_points); !good) return good.error();
-  const Outcome<PoseFit> fit = pose_of(given, *calibration, *listed, settings, overrides.sample_bits, pattern.plane);
-  if (!fit) return fit.error();
-  made.fits.push_back(*fit);
-  made.warnings.insert(made.warnings.end(), fit->warnings.begin(), fit->warnings.end());
-  camera.pose = fit->pose;
-  const Vec3<double> centre = camera.pose.centre();
-  const auto hundredths = [](double mm) { return number_text(std::round(100 * mm) / 100); };
-  made.head.push_back("camera 1: pose from " + given.reference.string() + ", " + std::to_string(fit->corners) + " corners, " +
-                      number_text(std::round(1e4 * fit->rms_px) / 1e4) + " px rms per axis; centre " + hundredths(centre.x()) +
-                      " " + hundredths(centre.y()) + " " + hundredths(centre.z()) + " mm");
+  PatternRun pattern;
+  pattern.dark_below = settings.patch.dark_below;
+  pattern.bright_above = settings.patch.bright_above;
+  for (std::size_t i = 0; i < settings.cameras.size(); ++i) {
+    dsp::CheckerPlane plane;
+    auto camera = patch_camera(settings, i, overrides.sample_bits, plane, made);
+    if (!camera) return camera.error();
+    if (i == 0) pattern.plane = plane;
+    if (!same_board(plane, pattern.plane))
+      return Problem{Exit::kInput,
+                     "shows the pattern in another place or other colours than the first camera's reference",
+                     settings.cameras[i].reference.string(),
+                     "one pattern, and lists of points that begin at the same of its corners",
+                     "",
+                     "check InputReference and InputInitial of the cameras"};
+    if (i > 0 && camera->frames.size() != plan.cameras.front().frames.size())
+      return Problem{Exit::kInput,
+                     "has another number of images than the first camera's folder",
+                     settings.cameras[i].frames.string(),
+                     std::to_string(plan.cameras.front().frames.size()),
+                     std::to_string(camera->frames.size()),
+                     "images of one moment, one a camera, in the order of their names"};
+    pattern.regions.push_back(settings.cameras[i].region);
+    plan.cameras.push_back(std::move(*camera));
+  }
 
   const int parameters = overrides.model.value_or(settings.parameters);
   const bool release = parameters == 2;
@@ -234,17 +284,12 @@ Outcome<Preparation> prepare_patch(const Settings& settings, const Overrides& ov
   pattern.surface.model = plan.model;
   plan.pattern_run = pattern;
 
-  Outcome<std::vector<std::filesystem::path>> frames = image_files(given.frames, made.warnings);
-  if (!frames) return frames.error();
-  camera.frames = std::move(frames).value();
-  plan.cameras.push_back(std::move(camera));
-  if (auto placed = place_region(plan); !placed) return placed.error();
+  if (auto placed = place_regions(plan); !placed) return placed.error();
   made.head.push_back(
       release ? "surface form: level-normal, the 2017 release's: level A00 for the intersection, normal (-B/100, 0.07, 1); "
                 "an approximation of a local plane"
               : "surface form: modes");
-  made.head.push_back("region: " + pixels_text(pattern.region) + "; model origin X " + number_text(plan.model.x0) + " Y " +
-                      number_text(plan.model.y0) + " mm");
+  made.head.push_back("model origin X " + number_text(plan.model.x0) + " Y " + number_text(plan.model.y0) + " mm");
   number_frames(plan, overrides.rate_hz);
   return made;
 }

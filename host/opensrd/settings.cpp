@@ -117,16 +117,8 @@ class Reader {
       return;
     }
     PatchSettings& p = settings_.patch;
-    const NumberRange pixels{0, 1e5, "px"}, levels{0, 255, "grey levels"};
+    const NumberRange levels{0, 255, "grey levels"};
     p.square_mm = number({"gridSize"}, kLength, "side of a square of the pattern, mm");
-    p.region.u0 = integer({"min_u"}, pixels, "least u of the region, px");
-    p.region.u1 = integer({"max_u"}, pixels, "largest u of the region, px");
-    p.region.v0 = integer({"min_v"}, pixels, "least v of the region, px");
-    p.region.v1 = integer({"max_v"}, pixels, "largest v of the region, px");
-    if (values_.finish() && p.region.empty())
-      values_.complain({"max_u"}, "min_u < max_u and min_v < max_v",
-                       std::to_string(p.region.u0) + ".." + std::to_string(p.region.u1) + ", " + std::to_string(p.region.v0) +
-                           ".." + std::to_string(p.region.v1));
     p.dark_below = integer({"minThreshold"}, levels, "grey level below which a pixel is dark");
     p.bright_above = integer({"maxThreshold"}, levels, "grey level above which a pixel is bright");
   }
@@ -198,6 +190,23 @@ class Reader {
     return given;
   }
 
+  // min_u, max_u, min_v, max_v as the release names them, of the first camera; min_u2, .. of further ones.
+  Region region(int camera) {
+    const auto key = [&](const char* name) {
+      return camera == 1 ? KeyNames{name, name + std::string("1")} : KeyNames{name + std::to_string(camera)};
+    };
+    const NumberRange pixels{0, 1e5, "px"};
+    const Region out{integer(key("min_u"), pixels, "least u of the region, px"),
+                     integer(key("min_v"), pixels, "least v of the region, px"),
+                     integer(key("max_u"), pixels, "largest u of the region, px"),
+                     integer(key("max_v"), pixels, "largest v of the region, px")};
+    if (values_.finish() && out.empty())
+      values_.complain(key("max_u"), "min_u < max_u and min_v < max_v",
+                       std::to_string(out.u0) + ".." + std::to_string(out.u1) + ", " + std::to_string(out.v0) + ".." +
+                           std::to_string(out.v1));
+    return out;
+  }
+
   // As given, relative to the settings' folder; what 2016's code keeps in a folder of its own is looked for there too.
   [[nodiscard]] fs::path input(const std::string& given, const std::vector<const char*>& folders) const {
     const fs::path base = settings_.file.parent_path(), path = given;
@@ -233,6 +242,7 @@ class Reader {
         if (settings_.pose_from_image)
           camera.pose_points = input_path(numbered("InputInitial", i), "the file of the reference pattern's points", inputs);
       }
+      if (patch()) camera.region = region(i);
       camera.pose_output = path_text(numbered("OutputCameraPose", i)).value_or("");
       if (!patch()) camera.features_output = path_text(numbered("OutputDirectory", i)).value_or("");
       if (settings_.save_pose && settings_.pose_from_image && camera.pose_output.empty())

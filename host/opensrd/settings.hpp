@@ -27,15 +27,15 @@ struct CameraSettings {
   std::filesystem::path frames;          // folder of images or of feature files
   std::filesystem::path feature_points;  // F, x y z a line; empty in k2017
   std::filesystem::path pose_points;     // empty in kGuide: the board's grid of square_mm
+  Region region;                         // px; min_u <= u < max_u, min_v <= v < max_v; k2017
   int position = 1;                      // 1..4; 2 and 3 see the pattern turned by half a turn (guide, appendix A)
   // As the settings name them; empty when they name none.
   std::filesystem::path pose_output;
   std::filesystem::path features_output;
 };
 
-// What only the 2017 release has: the pattern-consistency metric on one region of the image.
+// What only the 2017 release has: the pattern-consistency metric on a region of each camera's image.
 struct PatchSettings {
-  Region region;  // px; min_u <= u < max_u, min_v <= v < max_v
   double square_mm = 0;
   int dark_below = 0;  // grey levels
   int bright_above = 0;

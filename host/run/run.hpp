@@ -29,12 +29,12 @@ struct RunCamera {
 
 // What the pattern metric needs instead of points and corners.
 struct PatternRun {
-  Region region;                           // of every image
+  std::vector<Region> regions;             // of every image of a camera; one a camera
   int dark_below = 0, bright_above = 255;  // grey levels: see pattern_mask()
   dsp::PatternSurface surface;
   dsp::CheckerPlane plane;
   dsp::PatternOptions options;
-  dsp::Vec3<double> centre_ray;  // direction through the middle of the pixels that show the pattern
+  dsp::Vec3<double> centre_ray;  // of the first camera, direction through the middle of the pixels that show the pattern
 };
 
 struct RunPlan {

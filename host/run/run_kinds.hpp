@@ -9,7 +9,7 @@ namespace srd::host {
 
 [[nodiscard]] Outcome<RunResult> run_features(const RunPlan& plan, const Progress& progress);
 [[nodiscard]] Outcome<RunResult> run_images(const RunPlan& plan, const Progress& progress);
-// plan.pattern_run; one camera. Frames are fitted in blocks of fixed size, each of which starts from the guess.
+// plan.pattern_run. Frames are fitted in blocks of fixed size, each of which starts from the guess.
 [[nodiscard]] Outcome<RunResult> run_pattern(const RunPlan& plan, const Progress& progress);
 
 // No estimator can be made for the plan.

@@ -55,25 +55,36 @@ class BlockFitter {
 
  private:
   void fit_frame(std::size_t i, dsp::StartHistory<double>& history, FrameRecord& record, std::vector<std::string>& warnings) {
-    const RunCamera& camera = plan_.cameras.front();
-    record.name = camera.frames[i].filename().string();
+    record.name = plan_.cameras.front().frames[i].filename().string();
     record.sequence = plan_.sequences[i];
     record.time_ns = plan_.times_ns[i];
-    record.corners.resize(1);
-    const Outcome<GrayImage> image = read_gray_image(camera.frames[i], plan_.sample_bits);
-    const Outcome<void> right = image ? check_size(image->view(), camera.calibration, camera.frames[i]) : Outcome<void>();
-    if (!image || !right) {
-      const Problem& problem = image ? right.error() : image.error();
-      warnings.push_back(problem.where + ": " + problem.what + "; the frame has no surface");
-      record.status = proto::FrameStatus::kBadFrame;
-      return;
-    }
+    record.corners.resize(plan_.cameras.size());
     const PatternRun& pattern = *plan_.pattern_run;
-    const auto mask = pattern_mask(image->view(), pattern.region, pattern.dark_below, pattern.bright_above);
-    dsp::PatternEstimate found = estimator_.estimate(image->view(), mask, history.starts(record.time_ns));
-    if (!found_pattern(found) && history.size() > 0)
-      found = estimator_.estimate(image->view(), mask, std::span(&plan_.guess, 1));
-    record.expected = static_cast<int>(mask.size() - static_cast<std::size_t>(std::count(mask.begin(), mask.end(), 0)));
+    std::vector<GrayImage> images;
+    std::vector<std::vector<std::uint8_t>> masks;
+    for (std::size_t c = 0; c < plan_.cameras.size(); ++c) {
+      const RunCamera& camera = plan_.cameras[c];
+      Outcome<GrayImage> image = read_gray_image(camera.frames[i], plan_.sample_bits);
+      const Outcome<void> right = image ? check_size(image->view(), camera.calibration, camera.frames[i]) : Outcome<void>();
+      if (!image || !right) {
+        const Problem& problem = image ? right.error() : image.error();
+        warnings.push_back(problem.where + ": " + problem.what + "; the frame has no surface");
+        record.status = proto::FrameStatus::kBadFrame;
+        return;
+      }
+      masks.push_back(pattern_mask(image->view(), pattern.regions[c], pattern.dark_below, pattern.bright_above));
+      record.expected +=
+          static_cast<int>(std::count_if(masks[c].begin(), masks[c].end(), [](std::uint8_t used) { return used != 0; }));
+      images.push_back(std::move(*image));
+    }
+    std::vector<GrayView> views;
+    std::vector<std::span<const std::uint8_t>> used;
+    for (std::size_t c = 0; c < images.size(); ++c) {
+      views.push_back(images[c].view());
+      used.emplace_back(masks[c]);
+    }
+    dsp::PatternEstimate found = estimator_.estimate(views, used, history.starts(record.time_ns));
+    if (!found_pattern(found) && history.size() > 0) found = estimator_.estimate(views, used, std::span(&plan_.guess, 1));
     record.found = found.pixels;
     record.estimate = found.surface;
     record.status = proto::status_of(found.surface.stop);
@@ -85,8 +96,8 @@ class BlockFitter {
     }
     history.add(record.time_ns, record.estimate.coefficients);
     dsp::Trace<double> way;
-    if (pattern.surface.follow({camera.pose.centre(), pattern.centre_ray}, record.estimate.coefficients, plan_.media,
-                               pattern.plane.z, way, 0))
+    if (pattern.surface.follow({plan_.cameras.front().pose.centre(), pattern.centre_ray}, record.estimate.coefficients,
+                               plan_.media, pattern.plane.z, way, 0))
       record.centre = way.surface_point.head<2>();
   }
 
@@ -97,12 +108,13 @@ class BlockFitter {
 }  // namespace
 
 Outcome<RunResult> run_pattern(const RunPlan& plan, const Progress& progress) {
-  const RunCamera& camera = plan.cameras.front();
   const PatternRun& pattern = *plan.pattern_run;
-  const auto estimator = dsp::PatternEstimator::make({camera.calibration.camera, camera.pose}, pattern.region, pattern.surface,
-                                                     plan.media, pattern.plane, pattern.options);
+  std::vector<dsp::PatternView> views;
+  for (std::size_t c = 0; c < plan.cameras.size(); ++c)
+    views.push_back({{plan.cameras[c].calibration.camera, plan.cameras[c].pose}, pattern.regions[c]});
+  const auto estimator = dsp::PatternEstimator::make(views, pattern.surface, plan.media, pattern.plane, pattern.options);
   if (!estimator) return unusable_model(estimator.error());
-  const std::size_t total = camera.frames.size(), blocks = (total + kBlock - 1) / kBlock;
+  const std::size_t total = plan.cameras.front().frames.size(), blocks = (total + kBlock - 1) / kBlock;
   const int threads = static_cast<int>(std::min<std::size_t>(static_cast<std::size_t>(plan.threads), blocks));
   std::vector<BlockFitter> fitters(static_cast<std::size_t>(std::max(threads, 1)), BlockFitter(plan, *estimator));
   OrderedWork<Block> work(threads, blocks, static_cast<std::size_t>(2 * std::max(threads, 1)),

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
 
@@ -37,9 +38,15 @@ class Flume {
     const auto seen = truth_pixels(scene_, 0).value();
     const int rows = scene_.pattern.rows, columns = scene_.pattern.columns;
     const auto at = [&](int row, int column) { return seen[static_cast<std::size_t>(row * columns + column)]; };
-    const auto a = at(0, 0), b = at(0, columns - 1), c = at(rows - 1, 0), d = at(rows - 1, columns - 1);
-    region_ = {static_cast<int>(std::max(a.x(), c.x())) + 8, static_cast<int>(std::max(a.y(), b.y())) + 8,
-               static_cast<int>(std::min(b.x(), d.x())) - 8, static_cast<int>(std::min(c.y(), d.y())) - 8};
+    std::array<double, 4> u{}, v{};
+    const std::array<Vec2<double>, 4> outer{at(0, 0), at(0, columns - 1), at(rows - 1, 0), at(rows - 1, columns - 1)};
+    for (std::size_t i = 0; i < outer.size(); ++i) {
+      u[i] = outer[i].x();
+      v[i] = outer[i].y();
+    }
+    std::sort(u.begin(), u.end());
+    std::sort(v.begin(), v.end());
+    region_ = {static_cast<int>(u[1]) + 8, static_cast<int>(v[1]) + 8, static_cast<int>(u[2]) - 8, static_cast<int>(v[2]) - 8};
   }
 
   GrayView frame(std::uint64_t number) {
@@ -49,7 +56,8 @@ class Flume {
   [[nodiscard]] PatternSurface surface() const { return {SurfaceForm::kModes, scene_.surface}; }
   [[nodiscard]] CheckerPlane plane() const { return {scene_.pattern.square_mm, 0, 0, 0, scene_.pattern.origin_dark}; }
   [[nodiscard]] PatternEstimator estimator(const PatternOptions& options = {}) const {
-    return PatternEstimator::make(scene_.view(), region_, surface(), scene_.media, plane(), options).value();
+    const PatternView view{scene_.view(), region_};
+    return PatternEstimator::make(std::span(&view, 1), surface(), scene_.media, plane(), options).value();
   }
   // rms over the points whose corners lie in the region, mm.
   [[nodiscard]] double error(std::uint64_t number, const Coefficients<double>& a) const {
@@ -86,7 +94,7 @@ Coefficients<double> level_guess(const Scene& scene, double mm) {
 }
 
 PatternEstimate estimate(PatternEstimator& estimator, const GrayView& image, const Coefficients<double>& start) {
-  return estimator.estimate(image, {}, std::span(&start, 1));
+  return estimator.estimate(std::span(&image, 1), {}, std::span(&start, 1));
 }
 
 TEST(BlurredChecker, IsTheMeanOfTheBoardUnderTheBlur) {
@@ -131,7 +139,8 @@ TEST(BlurredChecker, DerivativesAreCentralDifferences) {
 }
 
 // Half the derivative of the cost is J'We: exact, although the levels are solved for anew at every point.
-void expect_gradient(PatternProblem& problem, const Coefficients<double>& unknowns) {
+template <class Problem>
+void expect_gradient(Problem& problem, const Coefficients<double>& unknowns) {
   NormalEquations at;
   ASSERT_TRUE(problem.evaluate(unknowns, at));
   for (Eigen::Index j = 0; j < unknowns.size(); ++j) {
@@ -209,9 +218,9 @@ TEST(PatternEstimator, RecoversRenderedSurfacesAsWellAsCornersDo) {
     normalised += e.dot(found.surface.information * e) / (kFrames * static_cast<double>(e.size()));
     EXPECT_GT(found.explained, 0.98);
     // The lens's Gaussian and the pixel's square.
-    EXPECT_NEAR(found.blur_px, std::sqrt(scene.blur_px * scene.blur_px + 1.0 / 12), 0.03);
-    EXPECT_NEAR(found.levels.mean[0] + found.levels.contrast[0], scene.light.bright, 2);
-    EXPECT_NEAR(found.levels.mean[0] - found.levels.contrast[0], scene.light.dark, 2);
+    EXPECT_NEAR(found.images[0].blur_px, std::sqrt(scene.blur_px * scene.blur_px + 1.0 / 12), 0.03);
+    EXPECT_NEAR(found.images[0].levels.mean[0] + found.images[0].levels.contrast[0], scene.light.bright, 2);
+    EXPECT_NEAR(found.images[0].levels.mean[0] - found.images[0].levels.contrast[0], scene.light.dark, 2);
   }
   RecordProperty("pattern_um", static_cast<int>(1000 * std::sqrt(pattern)));
   RecordProperty("corners_um", static_cast<int>(1000 * std::sqrt(corners)));
@@ -234,10 +243,10 @@ TEST(PatternEstimator, FindsTheSurfaceFromAThirdOfASquareOff) {
   const GrayView image{pixels.data(), scene.width(), scene.height(), scene.width()};
   const auto middle = truth_pixels(scene, 0).value()[static_cast<std::size_t>(5 * scene.pattern.columns + 10)];
   const int u = static_cast<int>(middle.x()), v = static_cast<int>(middle.y());
-  PatternEstimator estimator =
-      PatternEstimator::make(scene.view(), {u - 120, v - 120, u + 120, v + 120}, {SurfaceForm::kModes, scene.surface},
-                             scene.media, {scene.pattern.square_mm, 0, 0, 0, scene.pattern.origin_dark}, {})
-          .value();
+  const PatternView view{scene.view(), {u - 120, v - 120, u + 120, v + 120}};
+  PatternEstimator estimator = PatternEstimator::make(std::span(&view, 1), {SurfaceForm::kModes, scene.surface}, scene.media,
+                                                      {scene.pattern.square_mm, 0, 0, 0, scene.pattern.origin_dark}, {})
+                                   .value();
   const Coefficients<double> truth = scene.coefficients(0);
   const PatternEstimate best = estimate(estimator, image, truth);
   ASSERT_FALSE(failed(best.surface.stop));
@@ -269,7 +278,7 @@ TEST(PatternEstimator, LightThatFallsOffAndGlareMoveTheSurfaceLittle) {
   for (std::uint64_t k = 0; k < 3; ++k) {
     const PatternEstimate found = estimate(estimator, flume.frame(k), level_guess(scene, 80));
     ASSERT_FALSE(failed(found.surface.stop));
-    EXPECT_GT(found.levels.contrast[1], 3);
+    EXPECT_GT(found.images[0].levels.contrast[1], 3);
     sum += std::pow(flume.error(k, found.surface.coefficients), 2) / 3;
   }
   EXPECT_LT(std::sqrt(sum), 0.06);
@@ -289,7 +298,8 @@ TEST(PatternEstimator, UsesOnlyWhatTheMaskShows) {
     }
   PatternEstimator estimator = flume.estimator();
   const Coefficients<double> guess = level_guess(scene, 80);
-  const PatternEstimate found = estimator.estimate(image, mask, std::span(&guess, 1));
+  const std::span<const std::uint8_t> shown = mask;
+  const PatternEstimate found = estimator.estimate(std::span(&image, 1), std::span(&shown, 1), std::span(&guess, 1));
   ASSERT_FALSE(failed(found.surface.stop));
   EXPECT_EQ(found.pixels, width * height - width / 3 * (height / 2));
   EXPECT_LT(flume.error(2, found.surface.coefficients), 0.06);
@@ -317,8 +327,10 @@ TEST(PatternEstimator, SaysWhenThereIsNoPattern) {
 
 TEST(PatternEstimator, RefusesImpossibleTasks) {
   const Flume flume;
+  std::size_t views_given = 1;
   const auto make = [&](Region region, CheckerPlane plane, const PatternOptions& options) {
-    return PatternEstimator::make(flume.scene().view(), region, flume.surface(), flume.scene().media, plane, options).ok();
+    const std::vector<PatternView> views(views_given, PatternView{flume.scene().view(), region});
+    return PatternEstimator::make(views, flume.surface(), flume.scene().media, plane, options).ok();
   };
   EXPECT_TRUE(make({50, 50, 90, 90}, flume.plane(), {}));
   EXPECT_FALSE(make({50, 50, 57, 90}, flume.plane(), {}));
@@ -328,6 +340,99 @@ TEST(PatternEstimator, RefusesImpossibleTasks) {
   EXPECT_FALSE(make({50, 50, 90, 90}, flume.plane(), options));
   options.scale = {1, 1, 1, 1, -1};
   EXPECT_FALSE(make({50, 50, 90, 90}, flume.plane(), options));
+  views_given = 4;
+  EXPECT_TRUE(make({50, 50, 90, 90}, flume.plane(), {}));
+  for (const std::size_t wrong : {0U, 5U}) {
+    views_given = wrong;
+    EXPECT_FALSE(make({50, 50, 90, 90}, flume.plane(), {}));
+  }
+}
+
+// The flume's camera, and one on the opposite side: half a turn about the pattern's middle. Its light is dim and its sensor noisy.
+Scene from_the_other_side(const Scene& scene) {
+  Scene out = scene;
+  Vec3<double> middle = Vec3<double>::Zero();
+  const auto points = scene.points();
+  for (const Vec3<double>& point : points) middle += point / static_cast<double>(points.size());
+  middle.z() = 0;
+  const Vec3<double> half_turn(-1, -1, 1);
+  out.pose.rotation = scene.pose.rotation * half_turn.asDiagonal();
+  out.pose.translation = scene.pose.translation + scene.pose.rotation * (middle - half_turn.asDiagonal() * middle);
+  out.light.bright = 110;
+  out.blur_px = 1.0;
+  out.noise = 3;
+  return out;
+}
+
+TEST(PatternViews, TwoCamerasTogetherAreAsGoodAsTheirInformationAdded) {
+  Flume near(small_scene()), far(from_the_other_side(small_scene()));
+  const Scene& scene = near.scene();
+  PatternEstimator one = near.estimator(), other = far.estimator();
+  const std::array<PatternView, 2> views{PatternView{scene.view(), near.region()}, {far.scene().view(), far.region()}};
+  PatternEstimator both = PatternEstimator::make(views, near.surface(), scene.media, near.plane(), {}).value();
+  const Coefficients<double> guess = level_guess(scene, 80);
+  std::array<double, 3> squares{};
+  double normalised = 0, apart = 0;
+  constexpr int kFrames = 6;
+  for (std::uint64_t k = 0; k < kFrames; ++k) {
+    const std::array<GrayView, 2> images{near.frame(k), far.frame(k)};
+    const PatternEstimate a = estimate(one, images[0], guess), b = estimate(other, images[1], guess);
+    const PatternEstimate joint = both.estimate(images, {}, std::span(&guess, 1));
+    ASSERT_FALSE(failed(joint.surface.stop)) << to_string(joint.surface.stop);
+    EXPECT_EQ(joint.pixels, a.pixels + b.pixels);
+    EXPECT_NEAR(joint.images[1].blur_px, std::sqrt(1 + 1.0 / 12), 0.05);
+    EXPECT_NEAR(joint.images[1].levels.mean[0] + joint.images[1].levels.contrast[0], 110, 2);
+    for (const auto& [i, found] : {std::pair{0U, &a}, {1U, &b}, {2U, &joint}})
+      squares[i] += std::pow(near.error(k, found->surface.coefficients), 2) / kFrames;
+    const Coefficients<double> e = joint.surface.coefficients - scene.coefficients(k);
+    normalised += e.dot(joint.surface.information * e) / (kFrames * static_cast<double>(e.size()));
+    // (18), in deviations of the sum.
+    const InformationMatrix<double> sum = a.surface.information + b.surface.information;
+    const Coefficients<double> added =
+        sum.llt().solve(a.surface.information * a.surface.coefficients + b.surface.information * b.surface.coefficients);
+    const Coefficients<double> off = joint.surface.coefficients - added;
+    apart += off.dot(sum * off) / (kFrames * static_cast<double>(e.size()));
+  }
+  EXPECT_LT(squares[2], squares[0]);
+  EXPECT_LT(squares[2], squares[1]);
+  EXPECT_LT(apart, 0.5);
+  EXPECT_GT(normalised, 0.3);
+  EXPECT_LT(normalised, 3);
+  RecordProperty("one_um", static_cast<int>(1000 * std::sqrt(squares[0])));
+  RecordProperty("other_um", static_cast<int>(1000 * std::sqrt(squares[1])));
+  RecordProperty("both_um", static_cast<int>(1000 * std::sqrt(squares[2])));
+}
+
+TEST(PatternViews, GradientsAreCentralDifferencesOfTheCost) {
+  Flume near(small_scene()), far(from_the_other_side(small_scene()));
+  const Scene& scene = near.scene();
+  std::vector<PatternProblem> problems;
+  problems.emplace_back(scene.view(), near.region(), near.surface(), scene.media, near.plane(), false);
+  problems.emplace_back(far.scene().view(), far.region(), near.surface(), scene.media, near.plane(), false);
+  PatternViews joint(std::move(problems));
+  ASSERT_GT(joint.load(std::array{near.frame(3), far.frame(3)}, {}), 10000);
+  const Eigen::Index n = scene.surface.modes.size();
+  Coefficients<double> unknowns(n + 2);
+  unknowns.head(n) = scene.coefficients(3) + Coefficients<double>::Constant(n, 0.4);
+  unknowns.tail<2>() << 1.1, 0.8;
+  ASSERT_TRUE(joint.start_from(unknowns.head(n)));
+  joint.free_blur();
+  expect_gradient(joint, unknowns);
+  joint.reweigh();
+  expect_gradient(joint, unknowns);
+  joint.hold_blur(0.2);
+  expect_gradient(joint, unknowns.head(n));
+}
+
+TEST(PatternViews, ACameraWithoutPatternIsNoFit) {
+  Flume near(small_scene()), far(from_the_other_side(small_scene()));
+  const std::array<PatternView, 2> views{PatternView{near.scene().view(), near.region()}, {far.scene().view(), far.region()}};
+  PatternEstimator both = PatternEstimator::make(views, near.surface(), near.scene().media, near.plane(), {}).value();
+  const Coefficients<double> guess = level_guess(near.scene(), 80);
+  std::array<GrayView, 2> images{near.frame(0), far.frame(0)};
+  EXPECT_EQ(both.estimate(std::span(images).first(1), {}, std::span(&guess, 1)).surface.stop, Stop::kTooFewCorners);
+  std::fill(far.pixels().begin(), far.pixels().end(), std::uint8_t{94});
+  EXPECT_TRUE(failed(both.estimate(images, {}, std::span(&guess, 1)).surface.stop));
 }
 
 TEST(PatternEstimator, AllocatesNothing) {

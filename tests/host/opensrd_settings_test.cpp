@@ -134,8 +134,8 @@ TEST(OpenSrdSettings, ReadsTheDialectOf2017AndLetsTheGuessDecideItsLength) {
   EXPECT_EQ(s.dialect, Dialect::k2017);
   EXPECT_EQ(s.parameters, 2);
   EXPECT_EQ(s.guess, (std::vector<double>{77, -3.5}));
-  EXPECT_EQ(s.patch.region.u0, 1300);
-  EXPECT_EQ(s.patch.region.v1, 300);
+  EXPECT_EQ(s.cameras[0].region.u0, 1300);
+  EXPECT_EQ(s.cameras[0].region.v1, 300);
   EXPECT_EQ(s.patch.bright_above, 95);
   ASSERT_EQ(s.warnings.size(), 1U);
   EXPECT_NE(s.warnings[0].find("SurfaceModelParameters"), std::string::npos) << s.warnings[0];

@@ -2,6 +2,8 @@
 // srd reconstruct on settings of OpenSRD's 2017 release: the pattern metric on a region of rendered images.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "drivers/camera/simulator/renderer.hpp"
 #include "drivers/geometry/calibration.hpp"
 #include "drivers/geometry/points.hpp"
@@ -33,29 +35,9 @@ class Release2017 {
         {*dsp::Mode::parse("A00"), 80, 3, 2, 0}, {*dsp::Mode::parse("B"), 0, 2, 3, 1}, {*dsp::Mode::parse("C"), -7, 0, 0, 0}};
     scene.media.water = opensrd::kPublishedIndex;
     scene_ = scene;
-    Renderer renderer = Renderer::make(scene).value();
-    GrayImage image;
-    image.width = scene.width();
-    image.height = scene.height();
-    image.pixels.resize(static_cast<std::size_t>(image.width * image.height));
-    const GrayBuffer buffer{image.pixels.data(), image.width, image.height, image.width};
     fs::create_directories(folder_.path() / "INPUT");
-    fs::create_directories(folder_.path() / "DATA");
-    renderer.render_reference(buffer);
-    EXPECT_TRUE(write_gray_image(folder_.path() / "INPUT/Reference.png", image.view(), 1));
-    const auto middle = truth_pixels(scene, 0).value()[static_cast<std::size_t>(5 * scene.pattern.columns + 10)];
-    const int u = static_cast<int>(middle.x()), v = static_cast<int>(middle.y());
-    shown_ = {u - 35, v - 30, u + 35, v + 30};
-    for (int frame = 0; frame < frames; ++frame) {
-      renderer.render(static_cast<std::uint64_t>(frame), buffer);
-      for (int row = 0; row < image.height; ++row)
-        for (int column = 0; column < image.width; ++column)
-          if (column < shown_.u0 || column >= shown_.u1 || row < shown_.v0 || row >= shown_.v1)
-            image.pixels[static_cast<std::size_t>(row * image.width + column)] = 94;
-      const std::string digits = std::to_string(frame);
-      EXPECT_TRUE(write_gray_image(folder_.path() / ("DATA/Proc" + std::string(4 - digits.size(), '0') + digits + ".png"),
-                                   image.view(), 1));
-    }
+    const PixelCentre middle = write_images(scene, "INPUT/Reference.png", "DATA");
+    const int u = middle.u, v = middle.v;
     EXPECT_TRUE(write_calibration(folder_.path() / "INPUT/Calib.yml", scene.calibration));
     // Column by column from the image's left, each from the bottom; and only inner corners.
     const Points rows = scene.points();
@@ -96,6 +78,29 @@ class Release2017 {
             {"Scaling", quoted("[1.0,1.0]")}};
   }
 
+  // On the opposite side: half a turn about the pattern's middle. Its list of points begins at what is its image's lower left.
+  void add_second_camera() {
+    srd::Scene scene = scene_;
+    const dsp::Vec3<double> half_turn(-1, -1, 1);
+    const Points points = scene.points();
+    const dsp::Vec3<double> middle = (points.front() + points.back()) / 2;
+    scene.pose.rotation = scene_.pose.rotation * half_turn.asDiagonal();
+    scene.pose.translation += scene_.pose.rotation * (middle - half_turn.asDiagonal() * middle);
+    const PixelCentre at = write_images(scene, "INPUT/Reference2.png", "DATA2");
+    Points listed = read_points(folder_.path() / "INPUT/Vertices.txt").value();
+    std::reverse(listed.begin(), listed.end());
+    EXPECT_TRUE(write_points(folder_.path() / "INPUT/Vertices2.txt", listed));
+    keys.merge(Keys{{"InputDirectory2", quoted("DATA2")},
+                    {"InputInitial2", quoted("INPUT/Vertices2.txt")},
+                    {"InputReference2", quoted("INPUT/Reference2.png")},
+                    {"CalibrationFile2", quoted("INPUT/Calib.yml")},
+                    {"OutputCameraPose2", quoted("RESULTS/Pose2.txt")},
+                    {"min_u2", std::to_string(at.u - 60)},
+                    {"max_u2", std::to_string(at.u + 55)},
+                    {"min_v2", std::to_string(at.v - 45)},
+                    {"max_v2", std::to_string(at.v + 50)}});
+    keys["NumberOfCameras"] = "2";
+  }
   [[nodiscard]] CommandResult run(std::vector<std::string> more = {}) const {
     std::vector<std::string> arguments = {folder_.write("settings.xml", settings_text(keys)).string(), "--out", out().string(),
                                           "--force"};
@@ -114,10 +119,81 @@ class Release2017 {
   Keys keys;
 
  private:
+  struct PixelCentre {
+    int u = 0, v = 0;
+  };
+  // A reference and frames that show 70 x 60 px of the pattern; where their middle lies.
+  PixelCentre write_images(const srd::Scene& scene, const std::string& reference, const std::string& frames) const {
+    Renderer renderer = Renderer::make(scene).value();
+    GrayImage image;
+    image.width = scene.width();
+    image.height = scene.height();
+    image.pixels.resize(static_cast<std::size_t>(image.width * image.height));
+    const GrayBuffer buffer{image.pixels.data(), image.width, image.height, image.width};
+    fs::create_directories(folder_.path() / frames);
+    renderer.render_reference(buffer);
+    EXPECT_TRUE(write_gray_image(folder_.path() / reference, image.view(), 1));
+    const auto middle = truth_pixels(scene, 0).value()[static_cast<std::size_t>(5 * scene.pattern.columns + 10)];
+    const int u = static_cast<int>(middle.x()), v = static_cast<int>(middle.y());
+    for (int frame = 0; frame < scene.frames; ++frame) {
+      renderer.render(static_cast<std::uint64_t>(frame), buffer);
+      for (int row = 0; row < image.height; ++row)
+        for (int column = 0; column < image.width; ++column)
+          if (column < u - 35 || column >= u + 35 || row < v - 30 || row >= v + 30)
+            image.pixels[static_cast<std::size_t>(row * image.width + column)] = 94;
+      const std::string digits = std::to_string(frame);
+      EXPECT_TRUE(write_gray_image(folder_.path() / frames / ("Proc" + std::string(4 - digits.size(), '0') + digits + ".png"),
+                                   image.view(), 1));
+    }
+    return {u, v};
+  }
+
   srd::Scene scene_;
-  Region shown_;
   fakes::ScratchFolder folder_;
 };
+
+// A plane in the modes' own form, by one patch, by two, and what each says of its error.
+TEST(Reconstruct2017, TwoCamerasMeasureOneSurfaceTogether) {
+  Release2017 lab(8);
+  lab.keys["InitialGuess"] = quoted("[78.0,0.0,-7.0]");
+  lab.keys["Scaling"] = quoted("[1.0,1.0,1.0]");
+  const auto error = [&](std::vector<double>& worst) {
+    const CommandResult done = lab.run();
+    ASSERT_EQ(done.exit, 0) << done.err;
+    const auto lines = coefficient_lines(lab.result("RESULTS/Series.txt"));
+    const auto centres = coefficient_lines(lab.result("RESULTS/Centers.txt"));
+    ASSERT_EQ(lines.size(), 8U);
+    for (std::size_t k = 0; k < lines.size(); ++k) {
+      ASSERT_EQ(lines[k].size(), 3);
+      for (int i = 0; i < 3; ++i)
+        worst[static_cast<std::size_t>(i)] =
+            std::max(worst[static_cast<std::size_t>(i)], i == 0 ? 0.0 : std::abs(lines[k][i] - lab.scene().coefficients(k)[i]));
+    }
+  };
+  std::vector<double> one(3, 0.0), both(3, 0.0);
+  error(one);
+  lab.add_second_camera();
+  error(both);
+  std::printf("one %g %g both %g %g\n", one[1], one[2], both[1], both[2]);
+  EXPECT_LT(both[1], one[1]);
+  EXPECT_LT(both[2], one[2]);
+}
+
+TEST(Reconstruct2017, ASecondCameraOfAnotherBoardIsTold) {
+  Release2017 lab(2);
+  lab.add_second_camera();
+  Points shifted = read_points(lab.path() / "INPUT/Vertices2.txt").value();
+  for (auto& point : shifted) point.x() += 7;
+  EXPECT_TRUE(write_points(lab.path() / "INPUT/Shifted.txt", shifted));
+  lab.keys["InputInitial2"] = quoted("INPUT/Shifted.txt");
+  const CommandResult done = lab.run();
+  EXPECT_EQ(done.exit, static_cast<int>(Exit::kInput));
+  EXPECT_NE(done.err.find("Reference2.png"), std::string::npos) << done.err;
+  EXPECT_NE(done.err.find("first camera's"), std::string::npos) << done.err;
+  fs::remove(lab.path() / "DATA2/Proc0001.png");
+  lab.keys["InputInitial2"] = quoted("INPUT/Vertices2.txt");
+  EXPECT_NE(lab.run().err.find("another number of images"), std::string::npos);
+}
 
 TEST(Reconstruct2017, FollowsTheLevelOfRenderedFramesInForwardOrder) {
   const Release2017 lab(30);

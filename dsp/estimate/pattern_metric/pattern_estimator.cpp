@@ -28,18 +28,17 @@ constexpr double kMinBlur = 0.25, kMaxBlurSquares = 0.2;  // px; squares: bounds
 constexpr int kPasses = 4;
 constexpr double kBlockSquares = 0.5;  // side of a block of the sandwich
 
-[[nodiscard]] int coarse_step(const PatternProblem& problem) {
-  return std::max(1, static_cast<int>(problem.square_px() / kCoarsePixels));
-}
-
 }  // namespace
 
-Result<PatternEstimator> PatternEstimator::make(const View<double>& view, const Region& region, const PatternSurface& surface,
+Result<PatternEstimator> PatternEstimator::make(std::span<const PatternView> views, const PatternSurface& surface,
                                                 const Media<double>& media, const CheckerPlane& plane,
                                                 const PatternOptions& options) {
   constexpr int kMinSide = 8;
-  if (region.u1 - region.u0 < kMinSide || region.v1 - region.v0 < kMinSide) return Errc::kInvalidArgument;
-  if (surface.parameters() < 1 || surface.parameters() >= kMaxModes) return Errc::kInvalidArgument;
+  if (views.empty() || views.size() > kMaxPatternViews) return Errc::kInvalidArgument;
+  for (const PatternView& each : views)
+    if (each.region.u1 - each.region.u0 < kMinSide || each.region.v1 - each.region.v0 < kMinSide) return Errc::kInvalidArgument;
+  if (surface.parameters() < 1 || surface.parameters() + static_cast<int>(views.size()) > kMaxModes)
+    return Errc::kInvalidArgument;
   for (const double x : {plane.square_mm, media.air, media.water})
     if (!(x > 0) || !std::isfinite(x)) return Errc::kInvalidArgument;
   if (surface.form == SurfaceForm::kModes && (!(surface.model.lx > 0) || !(surface.model.ly > 0)))
@@ -51,19 +50,22 @@ Result<PatternEstimator> PatternEstimator::make(const View<double>& view, const 
   for (const double x : options.scale)
     if (!(x > 0) || !std::isfinite(x)) return Errc::kInvalidArgument;
   if (options.max_iterations < 0 || !std::isfinite(plane.x + plane.y + plane.z)) return Errc::kInvalidArgument;
-  return PatternEstimator(PatternProblem(view, region, surface, media, plane, options.gradients), options);
+  std::vector<PatternProblem> problems;
+  problems.reserve(views.size());
+  for (const PatternView& each : views) problems.emplace_back(each.view, each.region, surface, media, plane, options.gradients);
+  return PatternEstimator(PatternViews(std::move(problems)), options);
 }
 
 int PatternEstimator::choose_start(std::span<const Coefficients<double>> starts, double& explained) {
   int chosen = -1;
   NormalEquations sums;
   for (std::size_t i = 0; i < starts.size(); ++i) {
-    if (starts[i].size() != problem_.surface().parameters() || !starts[i].allFinite()) continue;
-    if (!problem_.start_from(starts[i])) continue;
-    problem_.hold_blur(kCoarse.front() * problem_.square_px());
-    problem_.thin(coarse_step(problem_));
-    if (!problem_.evaluate(starts[i], sums) || !sums.finite()) continue;
-    const double here = 1 - sums.cost / problem_.squares_without_pattern();
+    if (starts[i].size() != views_.surface().parameters() || !starts[i].allFinite()) continue;
+    if (!views_.start_from(starts[i])) continue;
+    views_.hold_blur(kCoarse.front());
+    views_.thin(kCoarsePixels);
+    if (!views_.evaluate(starts[i], sums) || !sums.finite()) continue;
+    const double here = 1 - sums.cost / views_.squares_without_pattern();
     if (chosen >= 0 && !(here > explained)) continue;
     chosen = static_cast<int>(i);
     explained = here;
@@ -79,69 +81,68 @@ Stop PatternEstimator::refine(Coefficients<double>& a, PatternEstimate& out) {
   if (!options_.scale.empty()) solver.scale = Eigen::Map<const Eigen::VectorXd>(options_.scale.data(), n);
   NormalEquations sums;
   for (const double blur : kCoarse) {
-    if (!problem_.start_from(a)) return Stop::kOutOfDomain;
-    problem_.hold_blur(blur * problem_.square_px());
-    problem_.thin(coarse_step(problem_));
-    const GaussNewtonSummary done = DampedGaussNewton(problem_, solver).minimise(a, sums);
+    if (!views_.start_from(a)) return Stop::kOutOfDomain;
+    views_.hold_blur(blur);
+    views_.thin(kCoarsePixels);
+    const GaussNewtonSummary done = DampedGaussNewton(views_, solver).minimise(a, sums);
     out.surface.iterations += done.iterations;
     if (failed(done.stop)) return done.stop;
   }
-  Coefficients<double> unknowns(n + 1);
+  const Eigen::Index blurs = views_.size();
+  Coefficients<double> unknowns(n + blurs);
   bool at_bound = false;
-  unknowns[n] = kFirstBlur * problem_.square_px();
-  problem_.free_blur();
-  problem_.thin(1);
+  for (int i = 0; i < blurs; ++i) unknowns[n + i] = kFirstBlur * views_[i].square_px();
+  views_.free_blur();
+  views_.thin(0);
   const bool defaults = options_.epsg <= 0 && options_.epsf <= 0 && options_.epsx <= 0;
   for (int pass = 0; pass < kPasses; ++pass) {
-    if (!problem_.start_from(a)) return Stop::kOutOfDomain;
+    if (!views_.start_from(a)) return Stop::kOutOfDomain;
     unknowns.head(n) = a;
     if (solver.scale.size() == n) {
-      solver.scale.conservativeResize(n + 1);
-      solver.scale[n] = 1;
+      solver.scale.conservativeResize(n + blurs);
+      solver.scale.tail(blurs).setOnes();
     }
-    solver.lower = Coefficients<double>::Constant(n + 1, -std::numeric_limits<double>::infinity());
+    solver.lower = Coefficients<double>::Constant(n + blurs, -std::numeric_limits<double>::infinity());
     solver.upper = -solver.lower;
-    solver.lower[n] = kMinBlur;
-    solver.upper[n] = kMaxBlurSquares * problem_.square_px();
+    solver.lower.tail(blurs).setConstant(kMinBlur);
+    for (int i = 0; i < blurs; ++i) solver.upper[n + i] = kMaxBlurSquares * views_[i].square_px();
     if (pass == kPasses - 1) {
       solver.epsg = defaults ? kDefaultTolerance : options_.epsg;
       solver.epsf = defaults ? kDefaultTolerance : options_.epsf;
       solver.epsx = defaults ? kDefaultTolerance : options_.epsx;
       solver.max_iterations = options_.max_iterations == 0 ? kDefaultIterations : options_.max_iterations;
     }
-    const GaussNewtonSummary done = DampedGaussNewton(problem_, solver).minimise(unknowns, sums);
+    const GaussNewtonSummary done = DampedGaussNewton(views_, solver).minimise(unknowns, sums);
     out.surface.iterations += done.iterations;
     out.surface.stop = done.stop;
     at_bound = done.at_bound;
     if (failed(done.stop)) return done.stop;
     a = unknowns.head(n);
     if (pass == kPasses - 1) break;
-    if (!problem_.evaluate(unknowns, sums)) return Stop::kNonFinite;
-    problem_.reweigh();
+    if (!views_.evaluate(unknowns, sums)) return Stop::kNonFinite;
+    views_.reweigh();
   }
 
   // The last trial may have been refused: what follows is of the result.
-  if (!problem_.evaluate(unknowns, sums)) return Stop::kNonFinite;
-  out.blur_px = unknowns[n];
-  out.levels = problem_.levels();
-  const double pixels = problem_.n_pixels();
+  if (!views_.evaluate(unknowns, sums)) return Stop::kNonFinite;
+  for (int i = 0; i < blurs; ++i) out.images[static_cast<std::size_t>(i)] = {unknowns[n + i], views_[i].levels()};
+  const double pixels = views_.n_pixels();
   out.surface.coefficients = a;
   out.surface.cost = sums.cost;
-  out.surface.corners_used = problem_.n_pixels();
+  out.surface.corners_used = views_.n_pixels();
   out.surface.mean_error = sums.error / pixels;
-  out.surface.variance_factor = sums.squares / (pixels - sums.n - problem_.n_levels());
+  out.surface.variance_factor = sums.squares / (pixels - sums.n - views_.n_levels());
   out.surface.at_bound = at_bound;
-  out.explained = 1 - sums.squares / problem_.squares_without_pattern();
+  out.explained = 1 - sums.squares / views_.squares_without_pattern();
 
-  const int block_px = std::max(1, static_cast<int>(std::lround(kBlockSquares * problem_.square_px())));
   PatternProblem::Sandwich parts;
-  problem_.sandwich(block_px, parts);
+  views_.sandwich(kBlockSquares, parts);
   const double freedom = parts.blocks - sums.n;
   if (!(freedom > 0)) return Stop::kTooFewCorners;
   parts.middle *= parts.blocks / freedom;
   Uncertainty uncertainty;
   if (!uncertainty_of(parts.bread, &parts.middle, 1, static_cast<int>(n), uncertainty)) return Stop::kSingular;
-  // The blur was estimated too; of the covariance its row and column are left out.
+  // The blurs were estimated too; of the covariance their rows and columns are left out.
   ScaledCholesky factors;
   if (!factors.factor(uncertainty.information)) return Stop::kSingular;
   const InformationMatrix<double> covariance = factors.inverse().topLeftCorner(n, n);
@@ -151,14 +152,15 @@ Stop PatternEstimator::refine(Coefficients<double>& a, PatternEstimate& out) {
   return out.surface.stop;
 }
 
-PatternEstimate PatternEstimator::estimate(const GrayView& image, std::span<const std::uint8_t> mask,
+PatternEstimate PatternEstimator::estimate(std::span<const GrayView> images,
+                                           std::span<const std::span<const std::uint8_t>> masks,
                                            std::span<const Coefficients<double>> starts) {
   PatternEstimate out;
-  out.pixels = problem_.load(image, mask);
-  const int unknowns = problem_.surface().parameters() + 1 + problem_.n_levels();
+  out.pixels = views_.load(images, masks);
+  const int unknowns = views_.surface().parameters() + views_.size() + views_.n_levels();
   if (out.pixels < kPixelsPerUnknown * unknowns) return out;
   // Less than the rounding of grey levels: an even image.
-  if (!(problem_.squares_without_pattern() > out.pixels / 12.0)) {
+  if (!(views_.squares_without_pattern() > out.pixels / 12.0)) {
     out.surface.stop = Stop::kOutOfDomain;
     return out;
   }

@@ -223,19 +223,21 @@ bool PatternProblem::evaluate(const Coefficients<double>& unknowns, NormalEquati
   return true;
 }
 
-void PatternProblem::reweigh() {
+double PatternProblem::reweigh() {
   const auto sizes = std::span(sizes_).first(static_cast<std::size_t>(n_used_));
   for (std::size_t i = 0; i < sizes.size(); ++i)
     sizes[i] = static_cast<float>(std::abs(predicted(samples_[i]) - samples_[i].grey));
   const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
   std::nth_element(sizes.begin(), middle, sizes.end());
   // A grey level's own rounding is the least scale.
-  const double limit = kHuber * std::max(kNormalPerMedian * static_cast<double>(*middle), 0.3);
+  const double deviation = std::max(kNormalPerMedian * static_cast<double>(*middle), 0.3);
+  const double limit = kHuber * deviation;
   for (int i = 0; i < n_used_; ++i) {
     Sample& sample = samples_[static_cast<std::size_t>(i)];
     const double size = std::abs(predicted(sample) - sample.grey);
     sample.weight = size > limit ? limit / size : 1;
   }
+  return deviation;
 }
 
 void PatternProblem::sandwich(int block_px, Sandwich& out) {

@@ -57,8 +57,8 @@ class PatternProblem {
   [[nodiscard]] bool evaluate(const Coefficients<double>& unknowns, NormalEquations& out);
 
   // Huber's weights for the next evaluations, from the last one's residuals: 1 up to 1.345 deviations, the deviation from
-  // their median; beyond, falling with the size. load() makes all weights 1 again.
-  void reweigh();
+  // their median; beyond, falling with the size. load() makes all weights 1 again. That deviation, grey levels > 0.
+  double reweigh();
 
   // Of the last evaluation, the parts of the sandwich H^-1 M H^-1 (17), levels projected out. middle: residuals of a block
   // of block_px x block_px pixels taken together, because neighbours share print, dirt and model errors. bread: of the
