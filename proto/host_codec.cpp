@@ -7,6 +7,7 @@
 #include <string>
 
 #include "proto/ending.hpp"
+#include "proto/half_float.hpp"
 #include "proto/mode_code.hpp"
 #include "srd.pb.h"
 
@@ -36,6 +37,22 @@ bool read(const wire::InformationFactor& from, InformationFactor& to) {
   return true;
 }
 
+bool read(const wire::CoefficientFrame& from, SystematicErrors& to) {
+  if (from.has_pose_day()) to.pose_day = from.pose_day();
+  if (from.has_calibration_day()) to.calibration_day = from.calibration_day();
+  const auto bytes = bytes_of(from.systematic());
+  if (bytes.empty()) return true;
+  if (bytes.size() % 2 != 0 || bytes.size() / 2 != static_cast<std::size_t>(from.coefficients_size()) + 1) return false;
+  const auto number = [&](int i) {
+    const auto at = static_cast<std::size_t>(2 * i);
+    return float_of(static_cast<std::uint16_t>(bytes[at] | (bytes[at + 1] << 8)));
+  };
+  to.deviation.resize(from.coefficients_size());
+  for (int i = 0; i < from.coefficients_size(); ++i) to.deviation[i] = number(i);
+  to.height_mm = number(from.coefficients_size());
+  return true;
+}
+
 std::optional<CoefficientFrame> read(const wire::CoefficientFrame& from, const Stamp& stamp) {
   CoefficientFrame to;
   to.stamp = stamp;
@@ -62,6 +79,7 @@ std::optional<CoefficientFrame> read(const wire::CoefficientFrame& from, const S
   to.coefficients.resize(from.coefficients_size());
   for (int i = 0; i < from.coefficients_size(); ++i) to.coefficients[i] = from.coefficients(i);
   if (from.has_information() && !read(from.information(), to.information)) return std::nullopt;
+  if (!read(from, to.systematic)) return std::nullopt;
   to.mean_error = from.mean_error();
   to.reprojection_rms_px = from.reprojection_rms_px();
   to.at_bound = from.at_bound();

@@ -43,6 +43,15 @@ bool valid(const InformationFactor& factor) {
   return factor.size >= 0 && factor.size <= dsp::kMaxModes;
 }
 
+bool is_deviation(float x) { return x >= 0 && x <= SystematicErrors::kMost; }
+
+bool valid(const SystematicErrors& errors) {
+  return std::all_of(errors.deviation.begin(), errors.deviation.end(), is_deviation) && is_deviation(errors.height_mm) &&
+         (errors.pose_day || (errors.deviation.size() == 0 && !errors.calibration_day)) &&
+         errors.pose_day.value_or(0) <= SystematicErrors::kLastDay &&
+         errors.calibration_day.value_or(0) <= SystematicErrors::kLastDay;
+}
+
 }  // namespace
 
 const char* to_string(FrameStatus status) {
@@ -96,7 +105,8 @@ bool valid(const CoefficientFrame& frame) {
          frame.pattern_x_mm <= kMaxLength && not_negative(frame.pattern_y_mm) && frame.pattern_y_mm <= kMaxLength &&
          (coefficients == 0 || coefficients == n) && frame.coefficients.allFinite() && valid(frame.information) &&
          (frame.information.size == 0 || frame.information.size == coefficients) &&
-         frame.metric <= dsp::Metric::kCollinearity && not_negative(frame.mean_error) &&
+         (frame.systematic.deviation.size() == 0 || frame.systematic.deviation.size() == coefficients) &&
+         valid(frame.systematic) && frame.metric <= dsp::Metric::kCollinearity && not_negative(frame.mean_error) &&
          not_negative(frame.reprojection_rms_px) && valid(frame.stop) && frame.strobe <= StrobePhase::kDark;
 }
 

@@ -68,6 +68,17 @@ struct NodeHeader {
   friend constexpr bool operator==(const NodeHeader&, const NodeHeader&) = default;
 };
 
+// What the errors of calibration and pose leave alike in every frame. Travels as half floats: 1 part in 2000.
+struct SystematicErrors {
+  dsp::Coefficients<float> deviation;  // of each coefficient, mm, to kMost; empty: not known
+  float height_mm = 0;                 // deviation of the height at the pattern's centre
+  // Dates of the files that they come from, in every record of a node that states any: days since 1970 UTC, 0 not known.
+  std::optional<std::uint32_t> pose_day{};
+  std::optional<std::uint32_t> calibration_day{};       // none: the calibration's errors are not in it
+  static constexpr float kMost = 60000;                 // mm: a half float ends at 65504
+  static constexpr std::uint32_t kLastDay = 2'932'896;  // 9999-12-31
+};
+
 // One record a frame, with a surface or the reason why there is none.
 struct CoefficientFrame {
   Stamp stamp;  // middle of the light that made the image
@@ -79,6 +90,7 @@ struct CoefficientFrame {
   float pattern_x_mm = 0, pattern_y_mm = 0;              // its size along X and Y; 0: not known
   dsp::Coefficients<float> coefficients;                 // mm; empty: no surface
   InformationFactor information;                         // size 0: not known
+  SystematicErrors systematic;
   dsp::Metric metric = dsp::Metric::kReprojection;
   float mean_error = 0;  // in the metric's unit
   float reprojection_rms_px = 0;

@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "proto/ending.hpp"
+#include "proto/half_float.hpp"
 #include "proto/mode_code.hpp"
 #include "srd.pb.h"
 
@@ -72,6 +73,21 @@ void fill(const InformationFactor& from, srd_wire_InformationFactor& to) {
   to.entries.size = static_cast<pb_size_t>(2 * entries);
 }
 
+void fill(const SystematicErrors& from, srd_wire_CoefficientFrame& to) {
+  to.has_pose_day = from.pose_day.has_value();
+  to.pose_day = from.pose_day.value_or(0);
+  to.has_calibration_day = from.calibration_day.has_value();
+  to.calibration_day = from.calibration_day.value_or(0);
+  if (from.deviation.size() == 0) return;
+  const auto put = [&to](float mm) {
+    const std::uint16_t bits = half_of(mm);
+    to.systematic.bytes[to.systematic.size++] = static_cast<std::uint8_t>(bits & 0xFF);
+    to.systematic.bytes[to.systematic.size++] = static_cast<std::uint8_t>(bits >> 8);
+  };
+  for (const float mm : from.deviation) put(mm);
+  put(from.height_mm);
+}
+
 void fill(const CoefficientFrame& from, srd_wire_CoefficientFrame& to) {
   to.status = static_cast<std::uint32_t>(from.status);
   to.has_model = true;
@@ -97,6 +113,7 @@ void fill(const CoefficientFrame& from, srd_wire_CoefficientFrame& to) {
   to.detection_us = from.detection_us;
   to.estimation_us = from.estimation_us;
   to.total_us = from.total_us;
+  fill(from.systematic, to);
 }
 
 void fill(const NodeStatus& from, srd_wire_NodeStatus& to) {

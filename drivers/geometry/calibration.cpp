@@ -49,6 +49,19 @@ Outcome<void> check_lens(const cv::FileNode& root, const fs::path& file, std::si
   return {};
 }
 
+constexpr const char* kCovarianceKey = "calibration_covariance";
+constexpr const char* kDateKey = "calibration_date";
+
+Outcome<std::optional<dsp::IntrinsicsMatrix>> covariance_of(const cv::FileNode& root, const fs::path& file, int size) {
+  using Found = std::optional<dsp::IntrinsicsMatrix>;
+  if (root[kCovarianceKey].empty()) return Found{};
+  const auto numbers = read_covariance(root, file, kCovarianceKey, size);
+  if (!numbers) return numbers.error();
+  dsp::IntrinsicsMatrix covariance = dsp::IntrinsicsMatrix::Zero();
+  covariance.topLeftCorner(size, size) = *numbers;
+  return Found{covariance};
+}
+
 Outcome<Calibration> calibration_of(const cv::FileNode& root, const fs::path& file) {
   const std::string kKey = "camera_matrix", kDistortionKey = "distortion_coefficients";
   const std::string expected = "3 x 3: [fx, 0, cx, 0, fy, cy, 0, 0, 1] with fx, fy > 0 (px)";
@@ -84,6 +97,12 @@ Outcome<Calibration> calibration_of(const cv::FileNode& root, const fs::path& fi
   const auto camera = dsp::CameraModel<double>::make(m[0], m[4], m[2], m[5], calibration.distortion);
   if (!camera) return wrong_key(file, kKey, expected, list_text(m));
   calibration.camera = *camera;
+  const auto covariance = covariance_of(root, file, dsp::kPinhole + static_cast<int>(calibration.distortion.size()));
+  if (!covariance) return covariance.error();
+  calibration.covariance = *covariance;
+  const auto date = read_date(root, file, kDateKey);
+  if (!date) return date.error();
+  calibration.date = *date;
   return calibration;
 }
 
@@ -103,6 +122,9 @@ Outcome<void> write_calibration(const fs::path& file, const Calibration& calibra
     std::vector<double> distortion = calibration.distortion;
     if (distortion.empty()) distortion.assign(camera.distortion().begin(), camera.distortion().end());
     storage << "distortion_coefficients" << cv::Mat(distortion);
+    const int size = dsp::kPinhole + static_cast<int>(distortion.size());
+    if (calibration.covariance) put_matrix(storage, kCovarianceKey, calibration.covariance->topLeftCorner(size, size));
+    if (calibration.date > 0) storage << kDateKey << day_text(calibration.date);
   });
 }
 

@@ -93,4 +93,39 @@ Outcome<std::vector<double>> read_matrix(const cv::FileNode& root, const fs::pat
   return numbers;
 }
 
+Outcome<Eigen::MatrixXd> read_covariance(const cv::FileNode& root, const std::filesystem::path& file, const std::string& key,
+                                         int size) {
+  const std::string expected = std::to_string(size) + " x " + std::to_string(size) + ", symmetric, no negative variance";
+  MatrixShape shape;
+  const auto numbers = read_matrix(root, file, key, expected, &shape);
+  if (!numbers) return numbers.error();
+  if (shape.rows != size || shape.columns != size)
+    return wrong_key(file, key, expected, std::to_string(shape.rows) + " x " + std::to_string(shape.columns));
+  const Eigen::MatrixXd given =
+      Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(numbers->data(), size, size);
+  for (int row = 0; row < size; ++row) {
+    if (!(given(row, row) >= 0)) return wrong_key(file, key, expected, "variance " + number_text(given(row, row)));
+    for (int column = 0; column < row; ++column)
+      if (!(std::abs(given(row, column) - given(column, row)) <= 1e-6 * std::sqrt(given(row, row) * given(column, column))))
+        return wrong_key(file, key, expected, "entries that differ across the diagonal");
+  }
+  return Eigen::MatrixXd((given + given.transpose()) / 2);
+}
+
+void put_matrix(cv::FileStorage& storage, const std::string& key, const Eigen::MatrixXd& matrix) {
+  cv::Mat numbers(static_cast<int>(matrix.rows()), static_cast<int>(matrix.cols()), CV_64F);
+  for (int row = 0; row < numbers.rows; ++row)
+    for (int column = 0; column < numbers.cols; ++column) numbers.at<double>(row, column) = matrix(row, column);
+  storage << key << numbers;
+}
+
+Outcome<Day> read_date(const cv::FileNode& root, const std::filesystem::path& file, const std::string& key) {
+  const cv::FileNode node = root[key];
+  if (node.empty()) return Day{0};
+  const std::string text = node.isString() ? static_cast<std::string>(node) : "something that is no text";
+  const auto day = parse_day(text);
+  if (!day) return wrong_key(file, key, "a date as 2026-11-28", text);
+  return *day;
+}
+
 }  // namespace srd

@@ -2,6 +2,7 @@
 // Files of OpenCV's FileStorage (YAML, XML or JSON), read with every value checked and its exceptions turned into Problems.
 #pragma once
 
+#include <Eigen/Core>
 #include <filesystem>
 #include <functional>
 #include <opencv2/core/persistence.hpp>
@@ -9,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "drivers/support/day.hpp"
 #include "drivers/support/problem.hpp"
 
 namespace srd {
@@ -50,5 +52,12 @@ struct MatrixShape {
 [[nodiscard]] Outcome<std::vector<double>> read_matrix(const cv::FileNode& root, const std::filesystem::path& file,
                                                        const std::string& key, const std::string& expected,
                                                        MatrixShape* shape = nullptr);
+
+// A covariance: size x size, symmetric to 1e-6 of the deviations' product, no negative variance.
+[[nodiscard]] Outcome<Eigen::MatrixXd> read_covariance(const cv::FileNode& root, const std::filesystem::path& file,
+                                                       const std::string& key, int size);
+void put_matrix(cv::FileStorage& storage, const std::string& key, const Eigen::MatrixXd& matrix);
+// 0 where the file has none.
+[[nodiscard]] Outcome<Day> read_date(const cv::FileNode& root, const std::filesystem::path& file, const std::string& key);
 
 }  // namespace srd

@@ -49,7 +49,9 @@ Outcome<dsp::Pose<double>> pose_of(const cv::FileNode& root, const fs::path& fil
   return pose;
 }
 
-constexpr const char* kCovarianceKey = "pose_covariance";
+constexpr const char* kPoseCovarianceKey = "pose_covariance";
+constexpr const char* kByCalibrationKey = "pose_by_calibration";
+constexpr const char* kPoseDateKey = "pose_date";
 
 void put_pose(cv::FileStorage& storage, const dsp::Pose<double>& pose) {
   cv::Matx33d rotation;
@@ -60,23 +62,25 @@ void put_pose(cv::FileStorage& storage, const dsp::Pose<double>& pose) {
   storage << "TranslationVector" << cv::Mat(cv::Matx31d(t.x(), t.y(), t.z()));
 }
 
-Outcome<std::optional<PoseCovariance>> covariance_of(const cv::FileNode& root, const fs::path& file) {
-  using Found = std::optional<PoseCovariance>;
-  if (root[kCovarianceKey].empty()) return Found{};
-  const std::string expected = "6 x 6, symmetric, no negative variance";
+Outcome<std::optional<PoseErrors>> errors_of(const cv::FileNode& root, const fs::path& file) {
+  using Found = std::optional<PoseErrors>;
+  if (root[kPoseCovarianceKey].empty()) return Found{};
+  PoseErrors errors;
+  const auto covariance = read_covariance(root, file, kPoseCovarianceKey, 6);
+  if (!covariance) return covariance.error();
+  errors.covariance = *covariance;
+  const auto date = read_date(root, file, kPoseDateKey);
+  if (!date) return date.error();
+  errors.date = *date;
+  if (root[kByCalibrationKey].empty()) return Found{errors};
+  const std::string expected = "6 x " + std::to_string(dsp::kMaxIntrinsics) + ": of turn and shift by fx fy cx cy k1 .. ty";
   MatrixShape shape;
-  const auto numbers = read_matrix(root, file, kCovarianceKey, expected, &shape);
+  const auto numbers = read_matrix(root, file, kByCalibrationKey, expected, &shape);
   if (!numbers) return numbers.error();
-  if (shape.rows != 6 || shape.columns != 6)
-    return wrong_key(file, kCovarianceKey, expected, std::to_string(shape.rows) + " x " + std::to_string(shape.columns));
-  const PoseCovariance given = Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(numbers->data());
-  for (int row = 0; row < 6; ++row) {
-    if (!(given(row, row) >= 0)) return wrong_key(file, kCovarianceKey, expected, "variance " + number_text(given(row, row)));
-    for (int column = 0; column < row; ++column)
-      if (!(std::abs(given(row, column) - given(column, row)) <= 1e-6 * std::sqrt(given(row, row) * given(column, column))))
-        return wrong_key(file, kCovarianceKey, expected, "entries that differ across the diagonal");
-  }
-  return Found{(given + given.transpose()) / 2};
+  if (shape.rows != 6 || shape.columns != dsp::kMaxIntrinsics)
+    return wrong_key(file, kByCalibrationKey, expected, std::to_string(shape.rows) + " x " + std::to_string(shape.columns));
+  errors.by_calibration = Eigen::Map<const Eigen::Matrix<double, 6, dsp::kMaxIntrinsics, Eigen::RowMajor>>(numbers->data());
+  return Found{errors};
 }
 
 }  // namespace
@@ -86,23 +90,19 @@ Outcome<dsp::Pose<double>> read_pose(const fs::path& file) {
                                             [&](const cv::FileNode& root) { return pose_of(root, file); });
 }
 
-Outcome<void> write_pose(const fs::path& file, const dsp::Pose<double>& pose) {
-  return write_storage(file, [&](cv::FileStorage& storage) { put_pose(storage, pose); });
-}
-
-Outcome<void> write_pose(const fs::path& file, const dsp::Pose<double>& pose, const PoseCovariance& covariance) {
+Outcome<void> write_pose(const fs::path& file, const dsp::Pose<double>& pose, const std::optional<PoseErrors>& errors) {
   return write_storage(file, [&](cv::FileStorage& storage) {
     put_pose(storage, pose);
-    cv::Matx<double, 6, 6> numbers;
-    for (int row = 0; row < 6; ++row)
-      for (int column = 0; column < 6; ++column) numbers(row, column) = covariance(row, column);
-    storage << kCovarianceKey << cv::Mat(numbers);
+    if (!errors) return;
+    put_matrix(storage, kPoseCovarianceKey, errors->covariance);
+    if (errors->by_calibration) put_matrix(storage, kByCalibrationKey, *errors->by_calibration);
+    if (errors->date > 0) storage << kPoseDateKey << day_text(errors->date);
   });
 }
 
-Outcome<std::optional<PoseCovariance>> read_pose_covariance(const fs::path& file) {
-  return read_storage_as<std::optional<PoseCovariance>>(file, "a camera pose",
-                                                        [&](const cv::FileNode& root) { return covariance_of(root, file); });
+Outcome<std::optional<PoseErrors>> read_pose_errors(const fs::path& file) {
+  return read_storage_as<std::optional<PoseErrors>>(file, "a camera pose",
+                                                    [&](const cv::FileNode& root) { return errors_of(root, file); });
 }
 
 }  // namespace srd

@@ -42,6 +42,21 @@ Result<PoseSums> sums_at(const CameraModel<double>& camera, const Pose<double>& 
   return sums;
 }
 
+// J'W dq/d(intrinsics)
+Result<PoseByIntrinsics> information_by_intrinsics(const View<double>& view, std::span<const PoseCorner> corners,
+                                                   const WaterAbove* water) {
+  const auto intrinsics = intrinsics_of(view.camera);
+  PoseByIntrinsics sum = PoseByIntrinsics::Zero();
+  for (const PoseCorner& corner : corners) {
+    const auto seen = see_point(view, corner.point, water);
+    if (!seen) return seen.error();
+    IntrinsicsJacobian q;
+    (void)lens_pixel(intrinsics, seen->normalised, &q, nullptr);
+    sum += (1 / (corner.sigma * corner.sigma)) * seen->by_pose.transpose() * q;
+  }
+  return sum;
+}
+
 // Turns and shifts have different units: pivots are compared at unit diagonal.
 bool solve_scaled(const PoseMatrix& h, double damping, const PoseChange& g, PoseChange& step) {
   const PoseChange root = h.diagonal().cwiseSqrt();
@@ -87,6 +102,8 @@ Result<PoseEstimate> fit_pose_to(const CameraModel<double>& camera, const Pose<d
 
   PoseEstimate estimate;
   estimate.pose = pose;
+  const auto by_intrinsics = information_by_intrinsics({camera, pose}, corners, water);
+  if (!by_intrinsics) return by_intrinsics.error();
   estimate.corners = static_cast<int>(corners.size());
   estimate.cost = sums->cost;
   for (int i = 0; i < 6; ++i) {
@@ -96,6 +113,7 @@ Result<PoseEstimate> fit_pose_to(const CameraModel<double>& camera, const Pose<d
   }
   estimate.cofactor = (estimate.cofactor + estimate.cofactor.transpose()).eval() / 2;
   estimate.by_level = -estimate.cofactor * sums->level;
+  estimate.by_intrinsics = -estimate.cofactor * *by_intrinsics;
   if (corners.size() > 3) estimate.variance_factor = sums->cost / (2.0 * static_cast<double>(corners.size()) - 6);
   return estimate;
 }

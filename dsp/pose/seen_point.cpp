@@ -22,6 +22,7 @@ Result<SeenPoint> see_directly(const View<double>& view, const Vec3<double>& poi
   Mat2<double> by_xy;
   SeenPoint seen;
   seen.pixel = view.camera.pixel(xy, &by_xy);
+  seen.normalised = xy;
   Mat23<double> by_c;
   by_c << 1 / c.z(), 0, -xy.x() / c.z(), 0, 1 / c.z(), -xy.y() / c.z();
   const Mat23<double> by_t = by_xy * by_c;
@@ -68,6 +69,7 @@ Result<SeenPoint> see_point(const View<double>& view, const Vec3<double>& point,
   if (!invert(b_xy, xy_b)) return Errc::kSingular;
   SeenPoint seen;
   seen.pixel = view.camera.pixel(*xy, &pixel_xy);
+  seen.normalised = *xy;
   // b stays at the point: q moves by -(dq/db) of what the other changes do to b.
   const Mat2<double> back = -pixel_xy * xy_b;
   seen.by_height = back * ray.d_height;

@@ -26,6 +26,7 @@ struct WaterAbove {
 
 struct SeenPoint {
   Vec2<double> pixel;                   // raw image, px
+  Vec2<double> normalised;              // the same undistorted: where the ray leaves, whatever the lens does
   Eigen::Matrix<double, 2, 6> by_pose;  // px by PoseChange
   // px by a coefficient a_j: by_height phi_j + by_slope (phi_j,x , phi_j,y)', at foot. Zero without water.
   Vec2<double> by_height = Vec2<double>::Zero();

@@ -5,8 +5,10 @@
 #include <sstream>
 
 #include "drivers/geometry/calibration.hpp"
+#include "drivers/geometry/camera_errors.hpp"
 #include "drivers/geometry/points.hpp"
 #include "drivers/geometry/pose.hpp"
+#include "drivers/support/formatted.hpp"
 #include "drivers/support/mode_names.hpp"
 #include "drivers/support/system_clock.hpp"
 #include "drivers/support/text_file.hpp"
@@ -27,6 +29,7 @@ std::string config_where(const NodeConfig& config) { return config.file.string()
 struct Rig {
   std::optional<Calibration> calibration;
   std::optional<dsp::Pose<double>> pose;
+  std::optional<PoseErrors> pose_errors{};
   std::optional<Points> points;
 };
 
@@ -99,6 +102,9 @@ Outcome<Rig> read_rig(const NodeConfig& config, Rig rig) {
     auto read = read_pose(**pose);
     if (!read) return read.error();
     rig.pose = *read;
+    auto errors = read_pose_errors(**pose);
+    if (!errors) return errors.error();
+    rig.pose_errors = *errors;
   }
   if (config.pattern) {
     rig.points = grid_points(*config.pattern);
@@ -184,6 +190,25 @@ std::string water_text(const Water& water) {
          water.notes;
 }
 
+// None where the files say nothing of errors.
+std::unique_ptr<CameraDoubts> doubts_of(const RecordedRig& rig, const dsp::Coefficients<float>& guess,
+                                        const dsp::Vec2<double>& centre) {
+  const auto known = known_errors(rig.calibration, rig.pose_errors);
+  if (!known) return nullptr;
+  return std::make_unique<CameraDoubts>(
+      CameraDoubts{dsp::SystematicWatch({{rig.calibration.camera, rig.pose}, known->errors}, rig.calibration.image_width,
+                                        rig.calibration.image_height, rig.points,
+                                        {*rig.optics.model, guess.cast<double>(), rig.optics.media}, centre),
+                   known->pose_date, known->calibration_date});
+}
+
+std::string errors_text(const CameraDoubts* doubts) {
+  if (doubts == nullptr || doubts->watch.deviation().size() == 0)
+    return "errors    of the pose are not known: frames have no systematic deviation (srd pose writes them)\n";
+  return formatted("errors    systematic height deviation %.4f mm at the guess, of ", doubts->watch.height_deviation()) +
+         (doubts->calibration_date ? "pose and calibration" : "the pose alone: the calibration's are not known") + "\n";
+}
+
 }  // namespace
 
 Outcome<Instrument> make_instrument(const NodeConfig& config, FrameDeadline::Clock clock) {
@@ -196,7 +221,7 @@ Outcome<Instrument> make_instrument(const NodeConfig& config, FrameDeadline::Clo
   instrument.scene = std::move(scene).value();
   if (instrument.scene) {
     const Scene& rendered = *instrument.scene;
-    rig = {rendered.calibration, rendered.pose, rendered.points()};
+    rig = {rendered.calibration, rendered.pose, {}, rendered.points()};
   }
   std::optional<RecordedOptics> recorded;
   if (config.camera->kind == "recording") {
@@ -266,7 +291,8 @@ Outcome<Instrument> make_instrument(const NodeConfig& config, FrameDeadline::Clo
                    to_string(tracker.error()),
                    ""};
   instrument.tracker = std::make_unique<dsp::SurfaceTracker<float>>(std::move(tracker).value());
-  instrument.rig = {*rig.calibration, *rig.pose, *rig.points, {water->media, *wanted}};
+  instrument.rig = {*rig.calibration, *rig.pose, rig.pose_errors, *rig.points, {water->media, *wanted}};
+  instrument.doubts = doubts_of(instrument.rig, guess, pattern->centre());
   instrument.width = setup.width;
   instrument.height = setup.height;
 
@@ -274,8 +300,8 @@ Outcome<Instrument> make_instrument(const NodeConfig& config, FrameDeadline::Clo
   text << "node      " << config.node_id << (config.host.empty() ? ", sends nothing" : ", sends to " + config.host) << "\n"
        << "camera    " << config.camera->text() << ", " << setup.width << " x " << setup.height << "\n"
        << "pattern   " << pattern->size() << " corners, squares of " << pattern->square() << " mm\n"
-       << water_text(*water) << "surface   " << config.modes.size() << " modes: " << joined(config.modes, " ") << ", Lx "
-       << wanted->lx << " mm, Ly " << wanted->ly << " mm\n"
+       << errors_text(instrument.doubts.get()) << water_text(*water) << "surface   " << config.modes.size()
+       << " modes: " << joined(config.modes, " ") << ", Lx " << wanted->lx << " mm, Ly " << wanted->ly << " mm\n"
        << check_view(config, {rig.calibration->camera, *rig.pose}, *wanted, media.cast<double>(), pattern->points(),
                      setup.width, setup.height);
   const bool live = instrument.camera->live();

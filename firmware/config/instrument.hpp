@@ -7,6 +7,7 @@
 #include "drivers/camera/simulator/scene.hpp"
 #include "firmware/config/node_config.hpp"
 #include "firmware/loop/frame_deadline.hpp"
+#include "firmware/loop/frame_loop.hpp"
 #include "firmware/recording/recorded_rig.hpp"
 
 namespace srd::firmware {
@@ -15,9 +16,10 @@ struct Instrument {
   std::unique_ptr<Camera> camera;           // not started
   std::unique_ptr<FrameDeadline> deadline;  // that the tracker asks; none: no limit
   std::unique_ptr<dsp::SurfaceTracker<float>> tracker;
-  int width = 0, height = 0;   // px, of the calibration
-  std::optional<Scene> scene;  // what the simulator renders; none for other cameras
-  RecordedRig rig;             // where the camera is and what it looks at, as read
+  std::unique_ptr<CameraDoubts> doubts;  // none: the pose's file says nothing of its errors
+  int width = 0, height = 0;             // px, of the calibration
+  std::optional<Scene> scene;            // what the simulator renders; none for other cameras
+  RecordedRig rig;                       // where the camera is and what it looks at, as read
   // Lines for a person: what was read from where.
   std::string summary;
 };

@@ -63,6 +63,10 @@ FrameLoop::FrameLoop(Camera& camera, dsp::SurfaceTracker<float>& tracker, const 
   record_.refractive_index = tracker.media().water;
   for (int i = 0; i < tracker.media().n_layers; ++i)
     (void)record_.plates.push(tracker.media().layers[static_cast<std::size_t>(i)]);
+  if (options.doubts != nullptr) {
+    record_.systematic.pose_day = options.doubts->pose_date;
+    record_.systematic.calibration_day = options.doubts->calibration_date;
+  }
   const dsp::Vec2<double> centre = tracker.pattern().centre();
   record_.centre_x_mm = static_cast<float>(centre.x());
   record_.centre_y_mm = static_cast<float>(centre.y());
@@ -168,6 +172,8 @@ void FrameLoop::make_record(const Captured& captured) {
   record_.dropped_before = dropped_before_;
   record_.coefficients.resize(0);
   record_.information = {};
+  record_.systematic.deviation.resize(0);
+  record_.systematic.height_mm = 0;
   record_.mean_error = record_.reprojection_rms_px = 0;
   record_.detection_us = record_.estimation_us = 0;
   record_.stop = dsp::Stop::kTooFewCorners;
@@ -203,10 +209,25 @@ void FrameLoop::make_record(const Captured& captured) {
       }
     }
     if (result.has_estimate()) proto::set_estimate(result.estimate, record_.metric, record_);
+    if (record_.has_surface()) add_systematic(result);
     if (!result.has_surface()) record_.status = proto::status_of(result);
     if (result.has_surface() && record_.has_surface()) count(counters_.surfaces);
   }
   record_.total_us = microseconds(clock_ns(CLOCK_MONOTONIC) - begin);
+}
+
+void FrameLoop::add_systematic(const dsp::FrameResult<float>& result) {
+  if (options_.doubts == nullptr) return;
+  dsp::SystematicWatch& watch = options_.doubts->watch;
+  // A surface that its frame contradicts is none to follow.
+  if (result.has_surface()) watch.follow(record_.coefficients, result.observations[0]);
+  const dsp::Coefficients<double>& deviation = watch.deviation();
+  constexpr double kMost = static_cast<double>(proto::SystematicErrors::kMost);
+  if (deviation.size() != record_.coefficients.size() || !(deviation.maxCoeff() <= kMost) ||
+      !(watch.height_deviation() <= kMost))
+    return;
+  record_.systematic.deviation = deviation.cast<float>();
+  record_.systematic.height_mm = static_cast<float>(watch.height_deviation());
 }
 
 // A live camera does not wait: a record that finds no room is lost, and the next one says so. A recording waits for room, and

@@ -10,8 +10,10 @@
 
 #include "drivers/camera/camera.hpp"
 #include "drivers/camera/image_sketch.hpp"
+#include "drivers/support/day.hpp"
 #include "dsp/core/spsc_ring.hpp"
 #include "dsp/pipeline/surface_tracker.hpp"
+#include "dsp/pose/systematic_watch.hpp"
 #include "firmware/loop/frame_deadline.hpp"
 #include "firmware/loop/frame_light.hpp"
 #include "firmware/realtime/page_faults.hpp"
@@ -46,8 +48,16 @@ using RecordSink = std::function<bool(const proto::CoefficientFrame&)>;
 // Gets every usable frame before it is processed or dropped as late. Called from the processing thread; may not keep it.
 using OnFrame = std::function<void(const CameraFrame&)>;
 
+// How sure the camera is, and since when.
+struct CameraDoubts {
+  dsp::SystematicWatch watch;
+  Day pose_date = 0;                      // 0: not known
+  std::optional<Day> calibration_date{};  // none: the calibration counts as exact
+};
+
 struct FrameLoopOptions {
   std::uint64_t frames = 0;           // end after so many records; 0: at the camera's end
+  CameraDoubts* doubts = nullptr;     // that records' systematic deviations come from; none: not known
   FrameDeadline* deadline = nullptr;  // that the tracker asks; started with every frame
   OnFrame on_frame{};                 // may be none
   FrameLight* light = nullptr;        // the strobe; none: frames keep the camera's labels
@@ -85,6 +95,7 @@ class FrameLoop {
   void hand_over(const CameraFrame& frame, bool usable);
   void count_gap(const CameraFrame& frame);
   void make_record(const Captured& captured);
+  void add_systematic(const dsp::FrameResult<float>& result);
   void deliver();
 
   Camera& camera_;

@@ -52,6 +52,7 @@ FrameLoopOptions NodeRun::loop_options() const {
   FrameLoopOptions options;
   options.frames = options_.frames;
   options.deadline = instrument_.deadline.get();
+  options.doubts = instrument_.doubts.get();
   if (FrameRecorder* recorder = node_.recording.recorder.get(); recorder != nullptr)
     options.on_frame = [recorder, wait = !camera_.live()](const CameraFrame& frame) { recorder->take(frame, wait); };
   options.light = node_.strobe.get();

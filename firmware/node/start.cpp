@@ -41,7 +41,7 @@ Outcome<std::unique_ptr<Transmitter>> start_transmitter(const NodeConfig& config
   if (!key) return key.error();
   options.sender.key = *key;
   options.sender.ring_frames = config.ring_frames;
-  options.sender.ring_bytes = config.ring_frames * 600;  // a frame of 12 parameters takes 450 bytes
+  options.sender.ring_bytes = config.ring_frames * 600;  // a frame of 12 parameters takes 490 bytes
   options.sender.overwrite = camera.live();
   return Transmitter::start(options);
 }

@@ -38,7 +38,7 @@ std::uint64_t free_mib_at(std::filesystem::path folder) {
 
 Outcome<void> write_rig(const std::filesystem::path& folder, const RecordedRig& rig) {
   if (auto done = write_calibration(folder / kCalibrationName, rig.calibration); !done) return done;
-  if (auto done = write_pose(folder / kPoseName, rig.pose); !done) return done;
+  if (auto done = write_pose(folder / kPoseName, rig.pose, rig.pose_errors); !done) return done;
   if (auto done = write_recorded_optics(folder, rig.optics); !done) return done;
   return write_points(folder / kPointsName, rig.points);
 }

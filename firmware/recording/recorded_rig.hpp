@@ -4,6 +4,7 @@
 
 #include "drivers/geometry/calibration.hpp"
 #include "drivers/geometry/points.hpp"
+#include "drivers/geometry/pose.hpp"
 #include "drivers/recording/recorded_optics.hpp"
 
 namespace srd::firmware {
@@ -11,6 +12,7 @@ namespace srd::firmware {
 struct RecordedRig {
   Calibration calibration;
   dsp::Pose<double> pose;
+  std::optional<PoseErrors> pose_errors{};
   Points points;
   RecordedOptics optics;
 };

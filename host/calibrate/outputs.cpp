@@ -143,6 +143,10 @@ Outcome<void> write_results(const fs::path& out, const CalibrationFiles& files, 
   calibration.camera = dsp::CameraModel<double>::make(k[0], k[1], k[2], k[3], calibration.distortion).value();
   calibration.image_width = result.width;
   calibration.image_height = result.height;
+  calibration.covariance = dsp::IntrinsicsMatrix::Zero();
+  calibration.covariance->topLeftCorner(fit.lens_size(), fit.lens_size()) =
+      fit.covariance.topLeftCorner(fit.lens_size(), fit.lens_size());
+  calibration.date = today();
   if (auto done = write_calibration(files.calibration, calibration); !done) return done;
   if (auto done = write_text_file(files.report, report_toml(result)); !done) return done;
   if (auto done = write_text_file(files.corners, corners_csv(result)); !done) return done;

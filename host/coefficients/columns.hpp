@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The columns of a coefficient file, which srd listen and srd reconstruct write and every reader finds by name:
 // node,boot,sequence,time_ns,clock,status,n_expected,n_found,n_used,mean_error,metric,height_mm,<modes>,sd_<modes>,
-// wall_time_ns,wall_uncertainty_ns. time_ns is the sensor's; wall_time_ns the same moment since 1970 UTC, with its standard
-// deviation, both empty where not known; height_mm lies at the pattern's centre. boot is a word, so that no program rounds it.
+// wall_time_ns,wall_uncertainty_ns,sys_<modes>,sys_height_mm. time_ns is the sensor's; wall_time_ns the same moment since 1970 UTC, with its standard
+// deviation, both empty where not known; height_mm lies at the pattern's centre. sd_ is the
+// random standard deviation of this frame, sys_ what the errors of calibration and pose leave alike in every frame; empty where
+// not known, and files of earlier versions have no sys_ columns. boot is a word, so that no program rounds it.
 #pragma once
 
 #include <charconv>
@@ -21,13 +23,16 @@ inline constexpr std::string_view kFixedColumns =
     "node,boot,sequence,time_ns,clock,status,n_expected,n_found,n_used,mean_error,metric,height_mm";
 // Behind the modes and their deviations, so that whoever reads columns by their number finds those before where they were.
 inline constexpr std::string_view kWallColumns = "wall_time_ns,wall_uncertainty_ns";
+// Behind these, for the same reason.
+inline constexpr const char* kSystematicPrefix = "sys_";
+inline constexpr const char* kSystematicHeight = "sys_height_mm";
 // For messages.
 inline const std::string kColumnsText = std::string(kFixedColumns) + ",<modes>,sd_<modes>";
 
 // With its line end.
 [[nodiscard]] inline std::string coefficient_header(const dsp::ModeList& modes) {
   return std::string(kFixedColumns) + "," + joined(modes, ",") + "," + joined(modes, ",", "sd_") + "," +
-         std::string(kWallColumns) + "\n";
+         std::string(kWallColumns) + "," + joined(modes, ",", kSystematicPrefix) + "," + kSystematicHeight + "\n";
 }
 
 // b and 16 hexadecimal digits: "b00000000000000ff".

@@ -80,6 +80,24 @@ std::optional<PatternExtent> read_extent(TomlTable& table) {
   return PatternExtent{(*x)[0], (*x)[1], (*y)[0], (*y)[1]};
 }
 
+Day read_day(TomlTable& table, std::string_view key) {
+  const auto text = table.text(key);
+  if (!text || text->empty()) return 0;
+  const auto day = parse_day(*text);
+  if (!day) table.complain(key, "a date as 2026-11-28, or \"\"", "\"" + *text + "\"");
+  return day.value_or(0);
+}
+
+ErrorSources read_sources(TomlTable table) {
+  ErrorSources sources;
+  if (!table.has("pose")) table.missing("pose", "the pose's date, \"\" where it is not known");
+  sources.pose = read_day(table, "pose");
+  if (table.has("calibration")) sources.calibration = read_day(table, "calibration");
+  return sources;
+}
+
+std::string date_of(Day day) { return day > 0 ? day_text(day) : ""; }
+
 Outcome<ModelFile> read(const TomlFile& file) {
   ModelFile model_file;
   TomlTable root = file.root();
@@ -100,6 +118,7 @@ Outcome<ModelFile> read(const TomlFile& file) {
     node.refractive_index = required(table, "refractive_index", {1.0, 4.0, ""}, "index of the water");
     node.pattern = read_extent(table);
     node.plates = read_plates(table);
+    if (table.has("systematic")) node.systematic = read_sources(table.table("systematic"));
     model_file.nodes.push_back(std::move(node));
   }
   if (auto done = file.finish(); !done) return done.error();
@@ -112,6 +131,14 @@ const NodeModel* ModelFile::find(std::string_view node) const {
   for (const NodeModel& candidate : nodes)
     if (candidate.node == node) return &candidate;
   return nullptr;
+}
+
+std::string sources_text(const ErrorSources& sources) {
+  const auto of = [](const char* what, Day day) {
+    return std::string(what) + (day > 0 ? " of " + day_text(day) : " (of an unknown date)");
+  };
+  return of("the pose", sources.pose) + (sources.calibration ? " and " + of("the calibration", *sources.calibration)
+                                                             : std::string("; the calibration counts as exact"));
 }
 
 std::filesystem::path model_file_path(const std::filesystem::path& csv) {
@@ -144,6 +171,10 @@ std::string model_file_text(const ModelFile& model_file) {
       out += "pattern_y = [" + number(node.pattern->y_min) + ", " + number(node.pattern->y_max) + "]\n";
     }
     out += plates_toml("node.plate", node.plates);
+    if (node.systematic) {
+      out += "[node.systematic]\npose = \"" + date_of(node.systematic->pose) + "\"\n";
+      if (node.systematic->calibration) out += "calibration = \"" + date_of(*node.systematic->calibration) + "\"\n";
+    }
   }
   return out;
 }

@@ -13,7 +13,11 @@
 //   [[node.plate]]             # floor plates from the top down
 //   thickness_mm = 12.0
 //   index = 1.49
-// The pattern's extent and the plates may be missing where the writer does not know them; everything else is required.
+//   [node.systematic]          # what the columns sys_ come from: errors of the pose, and of the calibration where it counts
+//   pose = "2026-11-28"        # dates of the files; "" where a file has none
+//   calibration = "2026-11-27"
+// The pattern's extent, the plates and the sources may be missing where the writer does not know them; everything else is
+// required.
 #pragma once
 
 #include <filesystem>
@@ -23,11 +27,22 @@
 #include <vector>
 
 #include "drivers/recording/recorded_optics.hpp"
+#include "drivers/support/day.hpp"
 #include "drivers/support/problem.hpp"
 #include "dsp/optics/surface_model.hpp"
 #include "host/coefficients/pattern_extent.hpp"
 
 namespace srd::host {
+
+// Whose errors the systematic deviations hold.
+struct ErrorSources {
+  Day pose = 0;                      // date; 0: the file has none
+  std::optional<Day> calibration{};  // none: the calibration counts as exact
+  friend bool operator==(const ErrorSources&, const ErrorSources&) = default;
+};
+
+// "the pose of 2026-11-28; the calibration counts as exact"
+[[nodiscard]] std::string sources_text(const ErrorSources& sources);
 
 struct NodeModel {
   std::string node;
@@ -35,6 +50,7 @@ struct NodeModel {
   double refractive_index = 1.333;  // of the water, against air 1
   std::optional<PatternExtent> pattern;
   Plates plates{};
+  std::optional<ErrorSources> systematic{};  // none: no systematic deviations are known
 };
 
 struct ModelFile {

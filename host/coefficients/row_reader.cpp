@@ -18,7 +18,8 @@ struct Columns {
   std::vector<std::int64_t> time_ns;
   std::vector<double> corners_used, mean_error, height_mm;
   dsp::ModeList modes;
-  std::vector<std::vector<double>> coefficients, deviations;  // a column each
+  std::vector<std::vector<double>> coefficients, deviations, systematic;  // a column each
+  std::vector<double> systematic_height;
 };
 
 // Takes the column or remembers the first problem.
@@ -30,6 +31,14 @@ void take(Outcome<std::vector<T>> column, std::vector<T>& into, std::optional<Pr
     problem = std::move(column.error());
     if (problem->expected.empty()) problem->expected = kColumnsText;
   }
+}
+
+// NaN in every row where there is no such column.
+Outcome<std::vector<double>> numbers_if_there(const CsvTable& table, const std::string& name) {
+  const auto& names = table.columns();
+  if (std::find(names.begin(), names.end(), name) == names.end())
+    return std::vector<double>(table.rows(), std::numeric_limits<double>::quiet_NaN());
+  return table.numbers(name);
 }
 
 Outcome<dsp::ModeList> modes_of(const CsvTable& table, const std::string& file) {
@@ -69,7 +78,9 @@ Outcome<Columns> columns_of(const CsvTable& table, const std::string& file) {
     const std::string name = mode_name(mode);
     take(table.numbers(name), c.coefficients.emplace_back(), problem);
     take(table.numbers("sd_" + name), c.deviations.emplace_back(), problem);
+    take(numbers_if_there(table, kSystematicPrefix + name), c.systematic.emplace_back(), problem);
   }
+  take(numbers_if_there(table, kSystematicHeight), c.systematic_height, problem);
   if (problem) return *problem;
   return c;
 }
@@ -186,11 +197,14 @@ Outcome<CoefficientRun> coefficient_run(const CsvTable& table, const std::string
                        .mean_error = c->mean_error[i],
                        .height_mm = c->height_mm[i],
                        .coefficients = dsp::Coefficients<double>(n_modes),
-                       .standard_deviation = dsp::Coefficients<double>(n_modes)};
+                       .standard_deviation = dsp::Coefficients<double>(n_modes),
+                       .systematic_deviation = dsp::Coefficients<double>(n_modes),
+                       .systematic_height = c->systematic_height[i]};
     int present = 0;
     for (int j = 0; j < n_modes; ++j) {
       row.coefficients[j] = c->coefficients[static_cast<std::size_t>(j)][i];
       row.standard_deviation[j] = c->deviations[static_cast<std::size_t>(j)][i];
+      row.systematic_deviation[j] = c->systematic[static_cast<std::size_t>(j)][i];
       present += std::isfinite(row.coefficients[j]) ? 1 : 0;
     }
     if (present != 0 && present != n_modes)

@@ -26,6 +26,9 @@ struct CoefficientRow {
   double height_mm = 0;                          // at the pattern's centre; NaN where the file says nothing
   dsp::Coefficients<double> coefficients;        // mm, in the order of CoefficientRun::modes
   dsp::Coefficients<double> standard_deviation;  // mm; NaN where undetermined
+  // What calibration and pose leave alike in every frame, mm; NaN where the file says nothing.
+  dsp::Coefficients<double> systematic_deviation;
+  double systematic_height = 0;
 
   [[nodiscard]] bool has_surface() const;
   // No surface, or one that the node itself doubts: status poor_fit, inconsistent, interlaced or not_converged.

@@ -30,6 +30,13 @@ void append_real(std::string& out, double number) {
     append_cell(out, number, std::chars_format::general, 9);
 }
 
+void append_deviation(double mm, std::string& out) {
+  if (std::isfinite(mm))
+    append_cell(out, mm, std::chars_format::general, 4);
+  else
+    out += ',';
+}
+
 // 0: not known.
 template <class Number>
 void append_known(std::string& out, Number number) {
@@ -48,11 +55,13 @@ void append_surface(const RowContent& row, std::string& out) {
   }
   append_real(out, row.height_mm);
   for (int j = 0; j < row.modes; ++j) append_real(out, row.coefficients[j]);
-  for (int j = 0; j < row.modes; ++j)
-    if (j < row.deviations.size() && std::isfinite(row.deviations[j]))
-      append_cell(out, row.deviations[j], std::chars_format::general, 4);
-    else
-      out += ',';
+  for (int j = 0; j < row.modes; ++j) append_deviation(j < row.deviations.size() ? row.deviations[j] : std::nan(""), out);
+}
+
+void append_systematic(const RowContent& row, std::string& out) {
+  const bool known = row.coefficients.size() > 0 && row.systematic.size() == row.modes;
+  for (int j = 0; j < row.modes; ++j) append_deviation(known ? row.systematic[j] : std::nan(""), out);
+  append_deviation(known ? row.systematic_height : std::nan(""), out);
 }
 
 }  // namespace
@@ -93,6 +102,8 @@ RowContent row_content(const proto::BootId& from, std::uint64_t sequence, const 
   row.height_mm = static_cast<double>(static_cast<float>(height_at_centre(frame)));
   row.coefficients = frame.coefficients.cast<double>();
   row.deviations = proto::standard_deviations(frame.information);
+  row.systematic = frame.systematic.deviation.cast<double>();
+  row.systematic_height = static_cast<double>(frame.systematic.height_mm);
   return row;
 }
 
@@ -114,6 +125,7 @@ void append_row(const RowContent& row, std::string& out) {
   append_surface(row, out);
   append_known(out, row.stamp.wall_time_ns);
   append_known(out, row.stamp.wall_uncertainty_ns);
+  append_systematic(row, out);
   out += '\n';
 }
 

@@ -28,6 +28,8 @@ struct RowContent {
   double height_mm = 0;                    // at the pattern's centre
   dsp::Coefficients<double> coefficients;  // mm, one a mode; empty: no surface
   dsp::Coefficients<double> deviations;    // mm, one a mode; empty: not known
+  dsp::Coefficients<double> systematic;    // deviations, mm, one a mode; empty: not known
+  double systematic_height = 0;            // mm; with systematic
 };
 
 // Of a record; from outlives the row.

@@ -62,6 +62,7 @@ Outcome<std::optional<RunGeometry>> resolve_geometry(const CoefficientRun& run, 
     geometry.model = (*model_file)->model;
     geometry.refractive_index = (*model_file)->refractive_index;
     geometry.plates = (*model_file)->plates;
+    geometry.systematic = (*model_file)->systematic;
   } else if (!options.lx || !options.ly) {
     return Problem{Exit::kUsage,
                    "the surface model's lengths are not known",

@@ -31,6 +31,7 @@ struct RunGeometry {
   dsp::SurfaceModel<double> model;
   std::optional<double> refractive_index;
   Plates plates{};
+  std::optional<ErrorSources> systematic{};
   PatternExtent pattern;
   std::vector<dsp::Vec2<double>> corners;  // X, Y in mm; empty when only the extent is known
   // Where surfaces are compared: the corners, or an even grid of 21 x 21 over the extent.

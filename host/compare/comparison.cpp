@@ -63,7 +63,7 @@ ModeSummary summarise(const CoefficientRun& run, const Truth& truth, const Compa
   const int at_run = run.modes.index_of(c.modes[mode]), at_truth = truth.modes.index_of(c.modes[mode]);
   const auto n = static_cast<double>(c.frames.size());
   ModeSummary s;
-  double squares = 0, normalised = 0, true_mean = 0, true_squares = 0;
+  double squares = 0, normalised = 0, scatter = 0, systematic = 0, true_mean = 0, true_squares = 0;
   for (const FrameError& frame : c.frames) {
     const double error = frame.mode[static_cast<std::size_t>(mode)];
     squares += error * error;
@@ -71,14 +71,19 @@ ModeSummary summarise(const CoefficientRun& run, const Truth& truth, const Compa
     s.largest = std::max(s.largest, std::abs(error));
     const double ratio = error / run.rows[frame.row].standard_deviation[at_run];
     normalised += ratio * ratio;
+    systematic += std::pow(run.rows[frame.row].systematic_deviation[at_run], 2);
     true_mean += truth.rows[frame.truth_row].coefficients[at_truth] / n;
   }
   for (const FrameError& frame : c.frames) {
     const double off = truth.rows[frame.truth_row].coefficients[at_truth] - true_mean;
     true_squares += off * off;
+    scatter +=
+        std::pow((frame.mode[static_cast<std::size_t>(mode)] - s.mean) / run.rows[frame.row].standard_deviation[at_run], 2);
   }
   s.rms = std::sqrt(squares / n);
   s.normalised = std::sqrt(normalised / n);
+  s.scatter = std::sqrt(scatter / n);
+  s.systematic = std::sqrt(systematic / n);
   s.true_spread = std::sqrt(true_squares / n);
   return s;
 }
@@ -143,6 +148,8 @@ Outcome<Comparison> compare(const CoefficientRun& run, const Truth& truth, const
   const auto n = static_cast<double>(c.frames.size());
   c.height_rms = std::sqrt(height_squares / n);
   c.height_mean /= n;
+  for (const FrameError& frame : c.frames) c.height_systematic += std::pow(run.rows[frame.row].systematic_height, 2) / n;
+  c.height_systematic = std::sqrt(c.height_systematic);
   c.surface_rms = std::sqrt(surface_squares / n);
   c.surface_largest = c.frames[c.worst].surface_rms;
   for (int j = 0; j < c.modes.size(); ++j) c.summary.push_back(summarise(run, truth, c, j));
@@ -160,17 +167,23 @@ std::string comparison_text(const CoefficientRun& run, const Truth& truth, const
         formatted("surface over the pattern (%zu places): rms %.4f mm, worst frame %.4f mm (sequence %llu)\n",
                   geometry->places.size(), c.surface_rms, c.surface_largest, static_cast<unsigned long long>(worst.sequence));
     out += formatted("height at the pattern's centre: rms %.4f mm, mean error %+.4f mm\n", c.height_rms, c.height_mean);
+    if (std::isfinite(c.height_systematic))
+      out += formatted(
+          "  of which errors of calibration and pose may leave %.4f mm (one standard deviation, alike in every frame)\n",
+          c.height_systematic);
   } else {
     out +=
         "surface over the pattern: not known without the model's lengths and the pattern (--model, "
         "--points)\n";
   }
-  out += "estimated minus true, mm\nmode        rms      mean   largest   rms/sd   true spread\n";
+  out += "estimated minus true, mm\nmode        rms      mean   largest   rms/sd   true spread   systematic sd   scatter/sd\n";
   for (int j = 0; j < c.modes.size(); ++j) {
     const ModeSummary& s = c.summary[static_cast<std::size_t>(j)];
     const std::string ratio = std::isfinite(s.normalised) ? formatted("%8.2f", s.normalised) : "       -";
-    out += formatted("%-5s %9.4f %+9.4f %9.4f %s %13.4f\n", c.modes[j].name().data(), s.rms, s.mean, s.largest, ratio.c_str(),
-                     s.true_spread);
+    const std::string systematic = std::isfinite(s.systematic) ? formatted("%15.4f", s.systematic) : "              -";
+    const std::string scatter = std::isfinite(s.scatter) ? formatted("%12.2f", s.scatter) : "           -";
+    out += formatted("%-5s %9.4f %+9.4f %9.4f %s %13.4f %s %s\n", c.modes[j].name().data(), s.rms, s.mean, s.largest,
+                     ratio.c_str(), s.true_spread, systematic.c_str(), scatter.c_str());
   }
   for (const dsp::Mode& mode : run.modes)
     if (c.modes.index_of(mode) < 0) out += mode_name(mode) + ": not in the truth\n";

@@ -29,6 +29,8 @@ struct FrameError {
 struct ModeSummary {
   double rms = 0, mean = 0, largest = 0;  // of estimated minus true, mm; largest of |.|
   double normalised = 0;   // rms of error / stated standard deviation: 1 when the deviations are right; NaN without
+  double scatter = 0;      // the same of what each error is off their mean, which a systematic error does not touch
+  double systematic = 0;   // rms of the stated systematic deviation, mm; NaN where none is stated
   double true_spread = 0;  // standard deviation of the true coefficient over the frames, mm: the size of the signal
 };
 
@@ -38,6 +40,7 @@ struct Comparison {
   std::vector<FrameError> frames;          // those with a surface, at least one
   std::vector<ModeSummary> summary;        // one a mode
   double height_rms = 0, height_mean = 0;  // mm; NaN without geometry
+  double height_systematic = 0;            // rms of the stated systematic deviation, mm; NaN where none is stated
   double surface_rms = 0,
          surface_largest = 0;  // rms over frames and places; the worst frame's; NaN without geometry
   std::size_t worst = 0;       // the worst frame, into frames

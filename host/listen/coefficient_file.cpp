@@ -50,6 +50,7 @@ NodeModel model_of(const proto::BootId& from, const proto::CoefficientFrame& fra
                 decimal(frame.refractive_index),
                 std::nullopt};
   for (const dsp::Layer<float>& plate : frame.plates) out.plates.push_back({decimal(plate.thickness), decimal(plate.index)});
+  if (frame.systematic.pose_day) out.systematic = ErrorSources{*frame.systematic.pose_day, frame.systematic.calibration_day};
   if (frame.pattern_x_mm > 0 && frame.pattern_y_mm > 0) {
     const double x = decimal(frame.centre_x_mm), y = decimal(frame.centre_y_mm);
     const double half_x = decimal(frame.pattern_x_mm) / 2, half_y = decimal(frame.pattern_y_mm) / 2;

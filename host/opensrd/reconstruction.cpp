@@ -110,12 +110,16 @@ Outcome<Preparation> prepare(const Settings& settings, const Overrides& override
       fit = *fitted;
       made.warnings.insert(made.warnings.end(), fit->warnings.begin(), fit->warnings.end());
       camera.pose = fit->pose;
+      camera.errors = known_errors(*calibration, errors_of(*fit));
       pose_line += ", " + std::to_string(fit->corners) + " corners, " + rounded(fit->rms_px, 4) + " px rms per axis, worst " +
                    rounded(fit->worst_px, 3) + " px";
     } else {
       const Outcome<dsp::Pose<double>> pose = read_pose(given.reference);
       if (!pose) return pose.error();
       camera.pose = *pose;
+      const auto errors = read_pose_errors(given.reference);
+      if (!errors) return errors.error();
+      camera.errors = known_errors(*calibration, *errors);
     }
     const dsp::Vec3<double> centre = camera.pose.centre();
     made.head.push_back(pose_line + "; centre " + rounded(centre.x(), 2) + " " + rounded(centre.y(), 2) + " " +
@@ -153,7 +157,8 @@ Outcome<void> write_results(const OutputPlan& outputs, const Settings& settings,
   if (auto done = write_series(outputs.series, outputs.summary, plan, result, preparation.head, preparation.warnings); !done)
     return done.error();
   for (std::size_t c = 0; c < outputs.poses.size(); ++c)
-    if (auto written = write_pose(outputs.poses[c], plan.cameras[c].pose); !written) return written.error();
+    if (auto written = write_pose(outputs.poses[c], plan.cameras[c].pose, errors_of(*preparation.fits[c])); !written)
+      return written.error();
   for (std::size_t c = 0; c < outputs.features.size(); ++c) {
     std::vector<int> ids(plan.points.size(), -1);
     for (std::size_t own = 0; own < plan.cameras[c].points.size(); ++own)

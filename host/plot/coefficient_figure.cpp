@@ -33,7 +33,9 @@ Figure coefficient_figure(const PlotInput& input) {
   Scene& scene = figure.scene;
   draw_heading(scene, "Surface coefficients", "node " + run.node);
   std::vector<LegendEntry> legend{{"estimated", kEstimateStroke},
-                                  {"\u00B12 standard deviations", {kBandColour}, LegendMark::kPatch}};
+                                  {"\u00B12 random standard deviations", {kBandColour}, LegendMark::kPatch}};
+  const bool systematic = has_systematic(run);
+  if (systematic) legend.push_back(systematic_legend());
   if (input.truth) legend.push_back({"true", truth_stroke(input)});
   for (LegendEntry& entry : failure_legend(input)) legend.push_back(std::move(entry));
   draw_legend(scene, {kLeftMargin, kLegendAt}, legend);
@@ -54,6 +56,12 @@ Figure coefficient_figure(const PlotInput& input) {
       range.cover(range.low - usual);
       range.cover(range.high + usual);
     }
+    std::vector<double> shared;
+    for (const CoefficientRow& row : run.rows) shared.push_back(row.systematic_deviation[j]);
+    if (const double room = 2 * median_of_finite(shared); std::isfinite(room)) {
+      range.cover(range.low - room);
+      range.cover(range.high + room);
+    }
     std::vector<double> true_values;
     const int at_truth = input.truth ? input.truth->modes.index_of(run.modes[j]) : -1;
     if (at_truth >= 0)
@@ -68,13 +76,18 @@ Figure coefficient_figure(const PlotInput& input) {
     if (!true_values.empty())
       draw_series(scene, panel, input.truth->seconds, true_values, {{0, true_values.size()}}, truth_stroke(input), "true");
     draw_band(scene, panel, input.timeline.seconds, low, high, unbroken(input.timeline, low), kBandColour);
+    if (systematic) draw_systematic(scene, panel, input.timeline, values, shared);
     draw_series(scene, panel, input.timeline.seconds, values, unbroken(input.timeline, values), kEstimateStroke, "series");
     draw_failures(scene, panel, input);
     finish_panel(scene, panel, labels);
   }
   figure.caption =
-      "Coefficients of the surface model, one panel a mode, with a band of two standard deviations each way. "
+      "Coefficients of the surface model, one panel a mode, with a band of two random standard deviations each way. "
       "Lines stop where frames are missing or have no surface";
+  if (systematic)
+    figure.caption +=
+        "; the lines beside show two systematic deviations each way: what errors of calibration and pose leave alike in all "
+        "frames";
   if (!failure_legend(input).empty())
     figure.caption +=
         "; frames without a surface, or with one that the node doubts, are marked along the time axis in the "

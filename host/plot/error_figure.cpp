@@ -56,7 +56,9 @@ Figure error_figure(const PlotInput& input) {
   Scene& scene = figure.scene;
   draw_heading(scene, "Estimated minus true", "node " + input.run.node);
   std::vector<LegendEntry> legend{{"estimated \u2212 true", kErrorStroke},
-                                  {"\u00B12 stated standard deviations", {kBandColour}, LegendMark::kPatch}};
+                                  {"\u00B12 stated random deviations", {kBandColour}, LegendMark::kPatch}};
+  const bool systematic = has_systematic(input.run);
+  if (systematic) legend.push_back(systematic_legend());
   for (LegendEntry& entry : failure_legend(input)) legend.push_back(std::move(entry));
   draw_legend(scene, {kLeftMargin, 46}, legend);
   if (with_surface) draw_surface_rms(scene, input);
@@ -75,6 +77,13 @@ Figure error_figure(const PlotInput& input) {
     range.cover(usual);
     range.cover(-usual);
     range.cover(0.0);
+    const std::vector<double> none = by_row(input, [](const FrameError&) { return 0.0; });
+    const std::vector<double> shared =
+        by_row(input, [&](const FrameError& f) { return input.run.rows[f.row].systematic_deviation[at_run]; });
+    if (const double room = 2 * median_of_finite(shared); std::isfinite(room)) {
+      range.cover(room);
+      range.cover(-room);
+    }
 
     const Panel panel{grid.area(i), time_scale(input.timeline), scale_round(range.low, range.high)};
     PanelLabels labels{.title = mode_name(comparison.modes[j]) + ", mm",
@@ -87,14 +96,19 @@ Figure error_figure(const PlotInput& input) {
     draw_band(scene, panel, input.timeline.seconds, low, high, unbroken(input.timeline, low), kBandColour);
     const Place zero = panel.at(0, 0);
     scene.line({panel.area.x, zero.y}, {panel.area.right(), zero.y}, Stroke{kFaintInk, 0.7});
+    if (systematic) draw_systematic(scene, panel, input.timeline, none, shared);
     draw_series(scene, panel, input.timeline.seconds, values, unbroken(input.timeline, values), kErrorStroke, "series");
     draw_failures(scene, panel, input);
     finish_panel(scene, panel, labels);
   }
-  figure.caption = std::string("Estimated minus true") +
-                   (with_surface ? ", at the top as the rms over the pattern\u2019s places of each frame, then each coefficient"
-                                 : " coefficients") +
-                   ", with a band of two stated standard deviations each way.";
+  figure.caption =
+      std::string("Estimated minus true") +
+      (with_surface ? ", at the top as the rms over the pattern\u2019s places of each frame, then each coefficient"
+                    : " coefficients") +
+      ", with a band of two stated random deviations each way" +
+      (systematic ? ", and lines at two systematic ones: where errors of calibration and pose may have moved all of "
+                    "it."
+                  : ".");
   return figure;
 }
 

@@ -80,6 +80,14 @@ std::optional<Figure> height_figure(const PlotInput& input) {
   Scene& scene = figure.scene;
   draw_heading(scene, "Height at the pattern\u2019s centre", "node " + input.run.node);
   std::vector<LegendEntry> legend{{"estimated", kEstimateStroke}};
+  const bool systematic = has_systematic(input.run);
+  std::vector<double> shared;
+  for (const CoefficientRow& row : input.run.rows) shared.push_back(row.systematic_height);
+  if (systematic) legend.push_back(systematic_legend());
+  if (const double room = 2 * median_of_finite(shared); std::isfinite(room)) {
+    range.cover(range.low - room);
+    range.cover(range.high + room);
+  }
   if (!real.empty()) legend.push_back({"true", truth_stroke(input)});
   for (LegendEntry& entry : failure_legend(input)) legend.push_back(std::move(entry));
   draw_legend(scene, {kLeftMargin, 46}, legend);
@@ -94,6 +102,7 @@ std::optional<Figure> height_figure(const PlotInput& input) {
                            .most_y_ticks = 6};
   draw_panel(scene, panel, labels);
   if (!real.empty()) draw_series(scene, panel, input.truth->seconds, real, {{0, real.size()}}, truth_stroke(input), "true");
+  if (systematic) draw_systematic(scene, panel, input.timeline, heights, shared);
   draw_series(scene, panel, input.timeline.seconds, heights, unbroken(input.timeline, heights), kEstimateStroke, "series");
   draw_failures(scene, panel, input);
   finish_panel(scene, panel, labels);

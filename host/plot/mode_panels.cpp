@@ -86,6 +86,22 @@ std::vector<double> deviation_series(const CoefficientRun& run, int mode) {
   return out;
 }
 
+void draw_systematic(Scene& scene, const Panel& panel, const Timeline& timeline, std::span<const double> values,
+                     std::span<const double> deviations) {
+  for (const double side : {-2.0, 2.0}) {
+    std::vector<double> edge(values.size());
+    for (std::size_t k = 0; k < values.size(); ++k) edge[k] = values[k] + side * deviations[k];
+    draw_series(scene, panel, timeline.seconds, edge, unbroken(timeline, edge), kSystematicStroke, "systematic");
+  }
+}
+
+LegendEntry systematic_legend() { return {"\u00B12 systematic deviations", kSystematicStroke}; }
+
+bool has_systematic(const CoefficientRun& run) {
+  return std::any_of(run.rows.begin(), run.rows.end(),
+                     [](const CoefficientRow& row) { return row.has_surface() && std::isfinite(row.systematic_height); });
+}
+
 Range::Range() : low(std::numeric_limits<double>::infinity()), high(-low) {}
 
 void Range::cover(double value) {

@@ -45,6 +45,12 @@ void draw_failures(Scene& scene, const Panel& panel, const PlotInput& input);
 [[nodiscard]] std::vector<double> coefficient_series(const CoefficientRun& run, int mode);
 [[nodiscard]] std::vector<double> deviation_series(const CoefficientRun& run, int mode);
 
+// Two deviations each way of what calibration and pose leave alike in all frames. Nothing is drawn where none is known.
+void draw_systematic(Scene& scene, const Panel& panel, const Timeline& timeline, std::span<const double> values,
+                     std::span<const double> deviations);
+[[nodiscard]] LegendEntry systematic_legend();
+[[nodiscard]] bool has_systematic(const CoefficientRun& run);
+
 // Least and most of the finite values, widened by those of `more`.
 struct Range {
   double low, high;

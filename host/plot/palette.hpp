@@ -19,6 +19,8 @@ inline constexpr Colour kInk{34, 34, 34}, kFaintInk{90, 90, 90}, kGrid{228, 228,
 // What the program estimated: its line, and the band of its deviations.
 inline constexpr Stroke kEstimateStroke{kBlue, 1.0};
 inline constexpr Colour kBandColour = faded(kSky, 0.45);
+// How far calibration and pose may have moved all of it: the lines beside.
+inline constexpr Stroke kSystematicStroke{kPurple, 1.1};
 
 // Viridis (Smith & van der Walt, 2015) at 0 to 1, dark to light; beyond the ends: the ends.
 [[nodiscard]] Colour viridis(double at);

@@ -7,6 +7,7 @@
 #include "drivers/support/text_file.hpp"
 #include "host/coefficients/columns.hpp"
 #include "host/plot/figures.hpp"
+#include "host/plot/mode_panels.hpp"
 #include "host/plot/page.hpp"
 #include "host/plot/png.hpp"
 #include "host/plot/svg.hpp"
@@ -91,6 +92,14 @@ std::vector<std::pair<std::string, std::string>> facts_of(const PlotInput& input
       ++n;
     }
   if (n > 0) facts.emplace_back("Mean error", formatted("%.3g ", sum / n) + error_unit(run.metric) + " (" + run.metric + ")");
+  std::vector<double> shared;
+  for (const CoefficientRow& row : run.rows)
+    if (row.has_surface()) shared.push_back(row.systematic_height);
+  if (const double usual = median_of_finite(shared); std::isfinite(usual))
+    facts.emplace_back("Systematic deviation of heights",
+                       formatted("%.3g mm", usual) + (input.geometry && input.geometry->systematic
+                                                          ? ", of errors of " + sources_text(*input.geometry->systematic)
+                                                          : std::string()));
   if (input.geometry) {
     const RunGeometry& g = *input.geometry;
     facts.emplace_back("Model", std::to_string(run.modes.size()) + " modes, Lx " + formatted("%.6g", g.model.lx) + " mm, Ly " +

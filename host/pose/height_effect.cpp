@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "drivers/geometry/camera_errors.hpp"
 #include "drivers/support/text_file.hpp"
 
 namespace srd::host {
@@ -22,7 +23,7 @@ Outcome<std::vector<HeightEffect>> height_effects(const MeasuredPose& pose, cons
   std::vector<HeightEffect> effects;
   std::vector<dsp::CountedCorner> corners;
   for (std::size_t i = 0; i < pose.points.size(); ++i) corners.push_back({0, static_cast<int>(i), 1});
-  const dsp::UnsurePose camera{{pose.calibration.camera, pose.fit.pose}, pose.covariance};
+  const dsp::UnsurePose camera{{pose.calibration.camera, pose.fit.pose}, known_errors(pose.calibration, pose.errors())->errors};
   for (const double depth : request.depths_mm) {
     HeightEffect effect;
     effect.depth_mm = depth;

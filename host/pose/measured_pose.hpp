@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/geometry/pose.hpp"
 #include "dsp/pose/height_of_pose.hpp"
 #include "host/pose/board_order.hpp"
 #include "host/run/pose_estimation.hpp"
@@ -50,6 +51,8 @@ struct MeasuredPose {
   double neighbour_correlation = 0;
   std::vector<std::string> warnings;
 
+  // As pose.yml keeps them.
+  [[nodiscard]] PoseErrors errors() const { return {covariance, fit.estimate.by_intrinsics, today()}; }
   [[nodiscard]] dsp::Vec3<double> point_of(std::size_t corner) const {
     return points[static_cast<std::size_t>(order.points[corner])];
   }

@@ -188,7 +188,7 @@ Outcome<void> write_pose_files(PoseResult& result, const fs::path& out) {
   page.tables.push_back(pose_table(result));
   if (!result.effects.empty()) page.tables.push_back(effect_table(result));
 
-  if (auto done = write_pose(files[0], pose.fit.pose, pose.covariance); !done) return done.error();
+  if (auto done = write_pose(files[0], pose.fit.pose, pose.errors()); !done) return done.error();
   if (auto done = write_points(files[1], pose.points); !done) return done.error();
   if (auto done = write_text_file(files[2], report_toml(result, left_mm)); !done) return done.error();
   if (auto done = write_png(overlay, files[3]); !done) return done.error();

@@ -135,6 +135,9 @@ Outcome<RunPlan> plan_of(const ReconstructOptions& options, const Recording& rec
   const Outcome<dsp::Pose<double>> pose = read_pose(recording.folder / kPoseName);
   if (!pose) return pose.error();
   camera.pose = *pose;
+  const auto errors = read_pose_errors(recording.folder / kPoseName);
+  if (!errors) return errors.error();
+  camera.errors = known_errors(camera.calibration, *errors);
   const Outcome<Points> points = read_points(recording.folder / kPointsName);
   if (!points) return points.error();
   camera.points = merge_points(plan.points, *points);

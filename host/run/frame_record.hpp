@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "dsp/estimate/estimator/estimator.hpp"
+#include "dsp/pose/height_of_pose.hpp"
 #include "proto/messages.hpp"
 
 namespace srd::host {
@@ -23,6 +24,8 @@ struct FrameRecord {
   double seconds = 0;                       // spent on the frame, reading included
   std::optional<dsp::Vec2<double>> centre;  // of the surface seen in the region, X Y in mm; pattern metric only
   std::vector<std::vector<dsp::Observation<double>>> corners;  // a list a camera
+  // What the errors of calibrations and poses leave alike in every frame; none: not known.
+  std::optional<dsp::SystematicSurface> systematic{};
 
   [[nodiscard]] bool has_surface() const { return !dsp::failed(estimate.stop); }
 };

@@ -9,6 +9,7 @@
 
 #include "drivers/geometry/calibration.hpp"
 #include "drivers/geometry/points.hpp"
+#include "drivers/geometry/pose.hpp"
 #include "dsp/core/image_view.hpp"
 #include "dsp/pose/pose_fit.hpp"
 #include "host/run/board_corners.hpp"
@@ -25,6 +26,11 @@ struct PoseFit {
   std::vector<dsp::Vec2<double>> left_px;  // of each corner: found minus seen from the pose
   std::vector<std::string> warnings;
 };
+
+// As pose.yml keeps them; of a dry reference, today's.
+[[nodiscard]] inline PoseErrors errors_of(const PoseFit& fit) {
+  return {fit.estimate.covariance(), fit.estimate.by_intrinsics, today()};
+}
 
 // The board's own points, row by row: X = row * square_mm, Y = column * square_mm, Z = 0.
 [[nodiscard]] Points board_points(PatternSize board, double square_mm);

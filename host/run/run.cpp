@@ -7,6 +7,7 @@
 #include "host/run/diagnosis.hpp"
 #include "host/run/found_index.hpp"
 #include "host/run/run_kinds.hpp"
+#include "host/run/systematic.hpp"
 
 namespace srd::host {
 
@@ -20,6 +21,7 @@ Outcome<RunResult> run(const RunPlan& plan, const Progress& progress) {
   if (nothing && plan.from_images && !result->frames.empty() && result->diagnosis.empty())
     result->diagnosis = diagnosis(plan, typical_frame(*result));
   if (plan.pattern_run) return result;
+  add_systematic(plan, result->frames);
   const std::vector<std::string> warnings = rank_warnings(plan, *result);
   result->warnings.insert(result->warnings.end(), warnings.begin(), warnings.end());
   return result;

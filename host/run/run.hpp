@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/geometry/calibration.hpp"
+#include "drivers/geometry/camera_errors.hpp"
 #include "drivers/geometry/points.hpp"
 #include "dsp/estimate/estimator/estimator.hpp"
 #include "dsp/estimate/pattern_metric/pattern_estimator.hpp"
@@ -23,6 +23,7 @@ struct RunCamera {
   std::string name;  // "camera 1"
   Calibration calibration;
   dsp::Pose<double> pose;
+  std::optional<KnownErrors> errors{};        // none: the pose's file says nothing of its errors
   std::vector<int> points;                    // own list of points -> RunPlan::points
   std::vector<std::filesystem::path> frames;  // chronological: images or feature files
 };

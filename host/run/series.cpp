@@ -11,6 +11,7 @@
 #include "host/coefficients/pattern_extent.hpp"
 #include "host/coefficients/row_writer.hpp"
 #include "host/run/found_index.hpp"
+#include "host/run/systematic.hpp"
 
 namespace srd::host {
 
@@ -42,6 +43,10 @@ RowContent row_content(const RunPlan& plan, const PatternExtent& pattern, const 
   row.mean_error = estimate.mean_error;
   row.height_mm = plan.model.height(estimate.coefficients, pattern.x_centre(), pattern.y_centre());
   row.coefficients = estimate.coefficients.head(row.modes);
+  if (frame.systematic) {
+    row.systematic = frame.systematic->deviation;
+    row.systematic_height = frame.systematic->deviation_at(plan.model, {pattern.x_centre(), pattern.y_centre()});
+  }
   row.deviations = estimate.standard_deviation.head(std::min<Eigen::Index>(row.modes, estimate.standard_deviation.size()));
   return row;
 }
@@ -60,7 +65,8 @@ std::string series_csv(const RunPlan& plan, const RunResult& result) {
 }
 
 std::string series_model(const RunPlan& plan, const RunResult& result) {
-  return model_file_text({{{kNode, plan.model, index_of(plan, result), extent_of(plan.points), plates_of(plan.media)}}});
+  return model_file_text(
+      {{{kNode, plan.model, index_of(plan, result), extent_of(plan.points), plates_of(plan.media), error_sources(plan)}}});
 }
 
 double pattern_height(const RunPlan& plan, const dsp::Coefficients<double>& surface) {

@@ -55,9 +55,9 @@ SETTINGS = {
 }
 
 COEFFICIENTS = """\
-node,boot,sequence,time_ns,clock,status,n_expected,n_found,n_used,mean_error,metric,height_mm,A00,B,sd_A00,sd_B,wall_time_ns,wall_uncertainty_ns
-bench,b0000000000000007,0,0,recording,ok,231,231,231,0.1,reprojection,80,80,1,0.01,0.01,,
-bench,b0000000000000007,1,20000000,recording,ok,231,231,231,0.1,reprojection,80,80.5,1,0.01,0.01,,
+node,boot,sequence,time_ns,clock,status,n_expected,n_found,n_used,mean_error,metric,height_mm,A00,B,sd_A00,sd_B,wall_time_ns,wall_uncertainty_ns,sys_A00,sys_B,sys_height_mm
+bench,b0000000000000007,0,0,recording,ok,231,231,231,0.1,reprojection,80,80,1,0.01,0.01,,,,,
+bench,b0000000000000007,1,20000000,recording,ok,231,231,231,0.1,reprojection,80,80.5,1,0.01,0.01,,,,,
 """
 
 TRUTH = """\

@@ -85,10 +85,11 @@ TEST(FrameLoop, TheDeadlineEndsAFitWithTheBestSurfaceSoFarAndSaysSo) {
     const auto started = made->camera->start();
     ASSERT_TRUE(started.ok());
     std::vector<proto::CoefficientFrame> records;
-    FrameLoop loop(*made->camera, *made->tracker, {kFrames, made->deadline.get()}, [&](const proto::CoefficientFrame& record) {
-      records.push_back(record);
-      return true;
-    });
+    FrameLoop loop(*made->camera, *made->tracker, {.frames = kFrames, .deadline = made->deadline.get()},
+                   [&](const proto::CoefficientFrame& record) {
+                     records.push_back(record);
+                     return true;
+                   });
     run(*made->camera, loop, records);
     ASSERT_EQ(records.size(), static_cast<std::size_t>(kFrames));
     // The first frame searches the whole image: no deadline.

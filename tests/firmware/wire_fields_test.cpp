@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "drivers/camera/simulator_camera.hpp"
+#include "drivers/geometry/camera_errors.hpp"
 #include "drivers/support/system_clock.hpp"
 #include "drivers/support/unique_fd.hpp"
 #include "firmware/config/instrument.hpp"
@@ -219,7 +220,17 @@ TEST_F(WireFields, AreAllFilledBySomethingThatANodeRuns) {
   sending.from = {*proto::NodeId::make("cam-1"), 7};
   sending.ring_frames = 60;  // fewer than there are records: the oldest are lost
   Sender sender(sending);
+  KnownErrors known;
+  known.errors.pose.diagonal().setConstant(1e-6);
+  const auto pattern = instrument->tracker->pattern();
+  CameraDoubts doubts{dsp::SystematicWatch({{instrument->rig.calibration.camera, instrument->rig.pose}, known.errors},
+                                           camera.width(), camera.height(), instrument->rig.points,
+                                           {*instrument->rig.optics.model, dsp::Coefficients<double>::Unit(5, 0) * 79,
+                                            instrument->rig.optics.media},
+                                           pattern.centre()),
+                      20000, 20001};
   FrameLoopOptions options;
+  options.doubts = &doubts;
   options.on_frame = [&](const CameraFrame& frame) {
     if (frame.strobe == StrobePhase::kDark) return;
     (*recorder)->take(frame, true);

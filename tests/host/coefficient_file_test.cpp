@@ -81,6 +81,10 @@ TEST(CoefficientFile, WritesTheColumnsThatProgramsAgreeOn) {
   proto::CoefficientFrame dated = frame_of(3, 80.25f);
   dated.stamp.wall_time_ns = 1790000000123456789;
   dated.stamp.wall_uncertainty_ns = 1234;
+  dated.systematic.pose_day = 20000;
+  dated.systematic.deviation.resize(3);
+  dated.systematic.deviation << 0.5f, 0.25f, 0.125f;
+  dated.systematic.height_mm = 0.0625f;
   write(*record, 7, dated);
   proto::CoefficientFrame none = frame_of(3, 0);
   none.coefficients.resize(0);
@@ -92,14 +96,34 @@ TEST(CoefficientFile, WritesTheColumnsThatProgramsAgreeOn) {
   write(*record, 9, unsure);
   EXPECT_EQ(text_of(folder.path / "run.csv"),
             "node,boot,sequence,time_ns,clock,status,n_expected,n_found,n_used,mean_error,metric,height_mm,A00,B,C,sd_A00,sd_B,"
-            "sd_C,wall_time_ns,wall_uncertainty_ns\n"
+            "sd_C,wall_time_ns,wall_uncertainty_ns,sys_A00,sys_B,sys_C,sys_height_mm\n"
             "cam-1,bffffffffffffffff,7,1700000000123456789,realtime,ok,100,90,80,0.0625,reprojection,81.25,80.25,2,0,0.01,0.01,"
-            "0.01,1790000000123456789,1234\n"
-            "cam-1,bffffffffffffffff,8,1700000000123456789,realtime,lost,100,90,80,,reprojection,,,,,,,,,\n"
-            "cam-1,bffffffffffffffff,9,1700000000123456789,realtime,ok,100,90,80,0.0625,reprojection,81,80,2,0,,,,,\n");
+            "0.01,1790000000123456789,1234,0.5,0.25,0.125,0.0625\n"
+            "cam-1,bffffffffffffffff,8,1700000000123456789,realtime,lost,100,90,80,,reprojection,,,,,,,,,,,,,\n"
+            "cam-1,bffffffffffffffff,9,1700000000123456789,realtime,ok,100,90,80,0.0625,reprojection,81,80,2,0,,,,,,,,,\n");
   const auto table = CsvTable::read(folder.path / "run.csv");
   ASSERT_TRUE(table.ok());
   EXPECT_TRUE(std::isnan(table->numbers("A00").value()[1]));
+}
+
+TEST(CoefficientFile, TheModelBesideItNamesTheSourcesOfTheSystematicDeviationsFromTheFirstRowOn) {
+  const Folder folder;
+  const fs::path file = folder.path / "run.csv";
+  const auto record = open(file, OpenMode::kNew);
+  // The first record has no surface, and yet says whose errors its node counts.
+  proto::CoefficientFrame none = frame_of(3, 0);
+  none.coefficients.resize(0);
+  none.information.size = 0;
+  none.systematic.pose_day = *parse_day("2026-11-28");
+  none.systematic.calibration_day = *parse_day("2026-11-27");
+  write(*record, 0, none);
+  const proto::BootId other{*proto::NodeId::make("cam-2"), 2};
+  ASSERT_TRUE(record->write(other, 0, frame_of(3, 1)).ok());
+  const auto models = read_model_file(model_file_path(file));
+  ASSERT_TRUE(models.ok()) << models.error().text();
+  ASSERT_TRUE(models->find("cam-1")->systematic);
+  EXPECT_EQ(sources_text(*models->find("cam-1")->systematic), "the pose of 2026-11-28 and the calibration of 2026-11-27");
+  EXPECT_FALSE(models->find("cam-2")->systematic);
 }
 
 TEST(CoefficientFile, CoefficientsComeBackToTheLastBit) {
@@ -126,9 +150,9 @@ TEST(CoefficientFile, ADoubleKeepsNineDigitsAndWhatIsNotFiniteGivesAnEmptyCell) 
   row.deviations << 0.0123456, std::nan(""), std::numeric_limits<double>::infinity();
   std::string text;
   append_row(row, text);
-  EXPECT_EQ(
-      text,
-      "reconstruct,b0000000000000000,0,0,unknown,ok,0,0,0,0.5,pattern,80.1234568,80.1234568,-0.333333333,2e-07,0.01235,,,,\n");
+  EXPECT_EQ(text,
+            "reconstruct,b0000000000000000,0,0,unknown,ok,0,0,0,0.5,pattern,80.1234568,80.1234568,-0.333333333,2e-07,0.01235,,,"
+            ",,,,,\n");
   EXPECT_STREQ(error_unit(kPatternMetric), "grey levels");
   EXPECT_STREQ(error_unit("disparity"), "mm");
   EXPECT_STREQ(error_unit("weather"), "");

@@ -27,6 +27,8 @@ TEST(ModelFile, ReadsBackWhatItWrote) {
   ModelFile written{{flume("flume-1"), flume("odd \"name\"\\\t")}};
   written.nodes[1].pattern.reset();
   written.nodes[1].plates = {{12, 1.49}, {1.0 / 3, 1}};
+  written.nodes[0].systematic = ErrorSources{*parse_day("2026-11-28"), 0};
+  written.nodes[1].systematic = ErrorSources{0, std::nullopt};
   const fakes::ScratchFolder scratch;
   const auto file = model_file_path(scratch.path() / "model_file.csv");
   EXPECT_EQ("model_file.csv.model.toml", file.filename());
@@ -45,6 +47,7 @@ TEST(ModelFile, ReadsBackWhatItWrote) {
     EXPECT_EQ(a.refractive_index, b.refractive_index);
     EXPECT_EQ(a.pattern, b.pattern);
     EXPECT_TRUE(same_plates(a.plates, b.plates)) << plates_text(b.plates);
+    EXPECT_EQ(a.systematic, b.systematic);
   }
   EXPECT_EQ(&read->nodes[0], read->find("flume-1"));
   EXPECT_EQ(nullptr, read->find("flume"));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The files of `srd plot`.
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <iterator>
@@ -103,6 +104,37 @@ TEST_F(PlotReport, NamesWhatTheLightWentThrough) {
   ASSERT_TRUE(files) << files.error().text();
   const std::string page = contents(files->written[0]);
   EXPECT_NE(std::string::npos, page.find("1.34000, floor plates 12 mm of index 1.49")) << page.substr(0, 2000);
+}
+
+// Two lines a mode beside the estimate, and beside the height; none where the file says nothing.
+TEST_F(PlotReport, ShowsSystematicDeviationsApartFromRandomOnes) {
+  std::string text = frames(), with;
+  std::size_t line = 0;
+  for (std::size_t at = 0, end; (end = text.find('\n', at)) != std::string::npos; at = end + 1, ++line) {
+    const std::string row = text.substr(at, end - at);
+    with += row +
+            (line == 0                               ? ",sys_A00,sys_B,sys_C,sys_height_mm"
+             : row.find("lost") != std::string::npos ? ",,,,"
+                                                     : ",0.2,0.3,0.4,0.5") +
+            "\n";
+  }
+  const auto lines_of = [](const Figure& figure, const std::string& role) {
+    return std::count_if(figure.scene.shapes().begin(), figure.scene.shapes().end(), [&](const Shape& shape) {
+      const auto* lines = std::get_if<Lines>(&shape);
+      return lines != nullptr && lines->role == role;
+    });
+  };
+  for (const bool known : {true, false}) {
+    const auto run = read_coefficient_run(options(known ? with : frames()).file, "");
+    ASSERT_TRUE(run) << run.error().text();
+    const PlotInput input{*run, make_timeline(*run), {}, {}, {}};
+    EXPECT_EQ(known ? 6 : 0, lines_of(coefficient_figure(input), "systematic"));
+    EXPECT_EQ(known ? 2 : 0, lines_of(*height_figure(input), "systematic"));
+  }
+  const auto files = plot(options(with));
+  ASSERT_TRUE(files) << files.error().text();
+  EXPECT_NE(std::string::npos, contents(files->written[0]).find("Systematic deviation of heights</dt><dd>0.5 mm"))
+      << contents(files->written[0]).substr(0, 3000);
 }
 
 TEST_F(PlotReport, LinesStopAtGaps) {

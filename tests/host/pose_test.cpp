@@ -251,16 +251,28 @@ TEST_F(PoseOfRendered, SeveralViewsShowWhereThePrintIsOff) {
 TEST(PoseFile, ItsCovarianceIsReadBackAndOtherReadersPassItOver) {
   const fakes::ScratchFolder folder;
   const dsp::Pose<double> pose = default_scene().pose;
-  PoseCovariance covariance = PoseCovariance::Identity() * 1e-6;
-  covariance(0, 4) = covariance(4, 0) = 3e-7;
-  ASSERT_TRUE(write_pose(folder.path() / "pose.yml", pose, covariance));
+  PoseErrors errors;
+  errors.covariance = PoseCovariance::Identity() * 1e-6;
+  errors.covariance(0, 4) = errors.covariance(4, 0) = 3e-7;
+  errors.by_calibration = dsp::PoseByIntrinsics::Random();
+  errors.date = *parse_day("2026-02-28");
+  ASSERT_TRUE(write_pose(folder.path() / "pose.yml", pose, errors));
   EXPECT_EQ(read_pose(folder.path() / "pose.yml")->translation, pose.translation);
-  EXPECT_LT((**read_pose_covariance(folder.path() / "pose.yml") - covariance).norm(), 1e-15);
+  const auto read = read_pose_errors(folder.path() / "pose.yml");
+  ASSERT_TRUE(read && *read) << read.error().text();
+  EXPECT_LT(((*read)->covariance - errors.covariance).norm(), 1e-15);
+  EXPECT_LT((*(*read)->by_calibration - *errors.by_calibration).norm(), 1e-15);
+  EXPECT_EQ(day_text((*read)->date), "2026-02-28");
+  // Of a pose from elsewhere nothing is known; of an earlier version, the covariance alone.
   ASSERT_TRUE(write_pose(folder.path() / "plain.yml", pose));
-  EXPECT_FALSE(read_pose_covariance(folder.path() / "plain.yml")->has_value());
-  covariance(0, 4) = 1;
-  ASSERT_TRUE(write_pose(folder.path() / "bad.yml", pose, covariance));
-  EXPECT_FALSE(read_pose_covariance(folder.path() / "bad.yml"));
+  EXPECT_FALSE(read_pose_errors(folder.path() / "plain.yml")->has_value());
+  errors.by_calibration.reset();
+  errors.date = 0;
+  ASSERT_TRUE(write_pose(folder.path() / "earlier.yml", pose, errors));
+  EXPECT_FALSE((*read_pose_errors(folder.path() / "earlier.yml"))->by_calibration);
+  errors.covariance(0, 4) = 1;
+  ASSERT_TRUE(write_pose(folder.path() / "bad.yml", pose, errors));
+  EXPECT_FALSE(read_pose_errors(folder.path() / "bad.yml"));
 }
 
 TEST(PoseOfTheLab, Of2017IsThePublishedOne) {

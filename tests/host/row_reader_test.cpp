@@ -48,6 +48,23 @@ TEST(CoefficientRun, ReadsSurfacesAndFailures) {
   EXPECT_TRUE(std::isnan(run->rows[1].height_mm));
 }
 
+TEST(CoefficientRun, ReadsSystematicDeviationsWhereTheFileHasThem) {
+  std::string header = kHeader;
+  header.insert(header.size() - 1, ",sys_A00,sys_B,sys_height_mm");
+  std::string known = row("a", "7", 0, 100, "ok", "80.5,80,1,0.1,0.2,0.3,0.4,0.5"),
+              unknown = row("a", "7", 1, 200, "ok", "80.5,80,1,0.1,0.2,,,");
+  const auto run = run_of(header + known + unknown);
+  ASSERT_TRUE(run) << run.error().text();
+  EXPECT_EQ(2, run->modes.size());
+  EXPECT_EQ(0.3, run->rows[0].systematic_deviation[0]);
+  EXPECT_EQ(0.4, run->rows[0].systematic_deviation[1]);
+  EXPECT_EQ(0.5, run->rows[0].systematic_height);
+  EXPECT_TRUE(std::isnan(run->rows[1].systematic_deviation[0]));
+  const auto earlier = run_of(kHeader + row("a", "7", 0, 100, "ok", "80.5,80,1,0.1,0.2"));
+  ASSERT_TRUE(earlier);
+  EXPECT_TRUE(std::isnan(earlier->rows[0].systematic_height));
+}
+
 // The same two frames as srd listen, R, pandas and a German spreadsheet write them.
 TEST(CoefficientRun, IsTheSameAfterOtherProgramsSavedItAgain) {
   const std::string ours =

@@ -6,6 +6,7 @@
 #include <random>
 #include <string>
 
+#include "proto/half_float.hpp"
 #include "proto/messages.hpp"
 
 namespace srd::proto::testing {
@@ -76,6 +77,16 @@ inline CoefficientFrame any_frame(Generator& random, int modes = 0) {
               static_cast<std::int16_t>(i == j ? 1 + random() % 32767 : random());
       }
     }
+  }
+  if (modes != 0 || random() % 2 == 0) {
+    frame.systematic.pose_day = static_cast<std::uint32_t>(random() % 30000);
+    if (modes != 0 || random() % 2 == 0) frame.systematic.calibration_day = static_cast<std::uint32_t>(random() % 30000);
+  }
+  if (frame.has_surface() && frame.systematic.pose_day) {
+    const auto any_half = [&] { return float_of(half_of(std::exp(any_float(random, -12, 5)))); };
+    frame.systematic.deviation.resize(frame.coefficients.size());
+    for (auto& mm : frame.systematic.deviation) mm = any_half();
+    frame.systematic.height_mm = any_half();
   }
   frame.metric = static_cast<dsp::Metric>(random() % 3);
   frame.mean_error = any_float(random, 0, 10);
