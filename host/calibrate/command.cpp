@@ -11,6 +11,7 @@
 #include "drivers/support/text_file.hpp"
 #include "host/bundle/lens.hpp"
 #include "host/calibrate/outputs.hpp"
+#include "host/run/option_checks.hpp"
 
 namespace srd::host {
 
@@ -72,51 +73,32 @@ Outcome<void> run_calibrate(const CalibrateOptions& options) {
 void add_calibrate_command(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<CalibrateOptions>();
   CLI::App* command =
-      app.add_subcommand("calibrate", "lens of a camera from images of a checkerboard, every number with its error");
+      app.add_subcommand("calibrate", "Lens of a camera from images of a checkerboard, every number with its error");
   command
       ->add_option("sources", options->sources,
-                   "images, folders of images, or one OpenSRD settings file (.xml) of a calibration")
+                   "Images, folders of images, or one OpenSRD settings file (.xml) of a calibration")
       ->required();
-  command->add_option("--out", options->out, "folder for the results; made when it is not there")->required();
-  command->add_flag("--force", options->force, "replace results that are there already");
-  command->add_option("--board", options->board, "inner corners along and across the board, as 17x7 (default: the settings')");
-  command->add_option("--square-mm", options->square, "side of a square, mm (default: the settings')")->check(above_zero("mm"));
-  command
-      ->add_option("--coefficients", options->camera.coefficients,
-                   "of the distortion: 4, 5, 8 (rational), 12 (thin prism) or 14 (tilted sensor)")
-      ->default_val(5)
-      ->check(CLI::Validator(
-          [](const std::string& text) -> std::string {
-            const auto n = parse_number<int>(text);
-            return n && bundle::is_coefficient_count(*n) ? std::string() : "'" + text + "' is none of 4, 5, 8, 12, 14";
-          },
-          "", "coefficients"));
-  command
-      ->add_option("--surface",
-                   "of the board: flat, bent (two numbers are estimated) or free (every corner of its own; 15 views or more)")
-      ->default_str("bent")
-      ->each([options](const std::string& text) {
-        if (text == "flat") options->camera.surface = bundle::Surface::kFlat;
-        if (text == "bent") options->camera.surface = bundle::Surface::kBent;
-        if (text == "free") options->camera.surface = bundle::Surface::kFree;
-      })
-      ->check(CLI::Validator(
-          [](const std::string& text) -> std::string {
-            return text == "flat" || text == "bent" || text == "free" ? std::string()
-                                                                      : "'" + text + "' is none of flat, bent, free";
-          },
-          "", "surface"));
+  command->add_option("--out", options->out, "Folder for the results; made when it is not there")->required();
+  command->add_flag("--force", options->force, "Replace results that are there already");
+  command->add_option("--board", options->board, "Inner corners along and across the board, as 17x7 (default: the settings')");
+  command->add_option("--square-mm", options->square, "Side of a square, mm (default: the settings')")->check(above_zero("mm"));
+  takes_one_of(command->add_option("--coefficients", options->camera.coefficients,
+                                   "Of the distortion: 4, 5, 8 (rational), 12 (thin prism) or 14 (tilted sensor)"),
+               {4, 5, 8, 12, 14})
+      ->default_str("5");
+  const std::vector<std::pair<std::string, bundle::Surface>> surfaces = {
+      {"flat", bundle::Surface::kFlat}, {"bent", bundle::Surface::kBent}, {"free", bundle::Surface::kFree}};
+  takes_one_of(command->add_option(
+                   "--surface", options->camera.surface,
+                   "Of the board: flat, bent (two numbers are estimated) or free (every corner of its own; 15 views or more)"),
+               surfaces)
+      ->default_str("bent");
   command
       ->add_option("--threshold", options->search.threshold,
-                   "least response of a corner (default: from 200 downwards until the board is whole)")
+                   "Least response of a corner (default: from 200 downwards until the board is whole)")
       ->check(CLI::Range(1, 2040));
-  command->add_option("--radius", options->search.radius, "of the corner detector, px: 5 or 10")
-      ->default_val(5)
-      ->check(CLI::Validator(
-          [](const std::string& text) -> std::string {
-            return text == "5" || text == "10" ? std::string() : "'" + text + "' is none of 5, 10";
-          },
-          "", "radius"));
+  takes_one_of(command->add_option("--radius", options->search.radius, "Of the corner detector, px: 5 or 10"), {5, 10})
+      ->default_str("5");
   command->callback([options, &exit_code] {
     const Outcome<void> done = run_calibrate(*options);
     exit_code = static_cast<int>(done ? Exit::kDone : done.error().exit);

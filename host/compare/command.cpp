@@ -50,7 +50,7 @@ void add_compare_command(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand("compare", "Print how far estimated surfaces are from the true ones");
   command->add_option("ESTIMATED.csv", options->estimated, "Coefficients written by srd listen or srd reconstruct")->required();
-  command->add_option("TRUTH.csv", options->truth, "frame,time_ns,<modes>")->required();
+  command->add_option("TRUTH.csv", options->truth, "True surfaces: frame,time_ns,<modes>")->required();
   command->add_option("--node", options->node, "Which node, when the file holds several");
   command->add_flag("--by-order", options->by_order, "Match the first row with the first, not by time_ns");
   command->add_option("--max-rms", options->max_rms, "Exit with 3 when the surface's rms over the pattern is above, mm")

@@ -138,26 +138,39 @@ Outcome<BoardOrder> order_of(const ReferenceView& view, std::span<const dsp::Vec
   const bool tells = known.origin != OriginSquare::kUnknown;
   const bool bright = (known.origin == OriginSquare::kBright) != first_is_odd(points, board);
   const auto agrees = [&](const Candidate& c) { return !tells || first_is_bright(view, c, board) == bright; };
-  const auto contradiction = [&](const std::string& what) {
+  const auto contradiction = [&](const std::string& what, const std::string& fitting = {}) {
     return Problem{Exit::kInput,
                    what + " contradicts the colours of the squares",
                    where,
                    std::string("a ") + (known.origin == OriginSquare::kBright ? "bright" : "dark") +
                        " square between (0, 0) and (1, 1) squares of the world",
                    known.origin == OriginSquare::kBright ? "a dark one" : "a bright one",
-                   "say --origin-square bright, dark or unknown as it is printed, or correct the position"};
+                   fitting + "say --origin-square bright, dark or unknown as it is printed" +
+                       (fitting.empty() ? ", or correct the position" : "")};
   };
   if (known.position != 0) {
     const int turns = known.position == 2 || known.position == 3 ? 2 : 0;
     const auto chosen = std::find_if(all.begin(), all.end(), [&](const Candidate& c) { return c.quarter_turns == turns; });
-    if (chosen == all.end())
-      return Problem{Exit::kInput,
-                     "does not show the board as a camera position of the guide sees it",
-                     where,
-                     formatted("%d rows of %d corners", board.rows, board.columns),
-                     formatted("%d rows of %d", view.seen.rows, view.seen.columns),
-                     "leave --position out, or give the size as the camera sees it"};
-    if (!agrees(*chosen)) return contradiction(formatted("--position %d", known.position));
+    if (chosen == all.end()) {
+      std::string corners;
+      for (const Candidate& c : all)
+        if (agrees(c)) corners += (corners.empty() ? "" : " or ") + pixel_text(corner_at(view, c, 0).pixel);
+      return Problem{
+          Exit::kInput,
+          "shows the board with its rows upright, as none of the camera positions 1 to 4 sees it",
+          where,
+          formatted("%d rows of %d corners", board.rows, board.columns),
+          formatted("%d rows of %d", view.seen.rows, view.seen.columns),
+          "leave --position out" + (corners.empty() ? std::string() : ", or give --first-corner " + corners + " instead")};
+    }
+    if (!agrees(*chosen)) {
+      std::string fitting;
+      for (const Candidate& c : all)
+        if (c.quarter_turns == 2 - turns && agrees(c))
+          fitting = turns == 0 ? "--position 2 or 3, which see the board from its end, fit; or "
+                               : "--position 1 or 4, which see the board from its beginning, fit; or ";
+      return contradiction(formatted("--position %d", known.position), fitting);
+    }
     return BoardOrder{chosen->points, formatted("camera position %d", known.position)};
   }
   if (known.first_corner) {

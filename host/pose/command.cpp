@@ -124,9 +124,14 @@ void add_pattern_options(CLI::App& command, PatternOptions& values) {
                   "from the pattern)")
       ->check(CLI::Range(1, 4));
   command.add_option("--first-corner", values.position_corner, "U,V: about where the pattern's first point is seen, px");
-  command.add_option("--origin-square", values.origin, "Colour of the world's first square: dark, bright or unknown")
-      ->capture_default_str();
-  command.add_option("--radius", values.search.radius, "Of the corner response, 5 or 10 px")->check(CLI::IsMember({5, 10}));
+  const std::vector<std::pair<std::string, OriginSquare>> squares = {
+      {"dark", OriginSquare::kDark}, {"bright", OriginSquare::kBright}, {"unknown", OriginSquare::kUnknown}};
+  takes_one_of(
+      command.add_option("--origin-square", values.origin, "Colour of the world's first square: dark, bright or unknown"),
+      squares)
+      ->default_str("dark");
+  takes_one_of(command.add_option("--radius", values.search.radius, "Of the corner response, px: 5 or 10"), {5, 10})
+      ->default_str("5");
   command.add_option("--threshold", values.search.threshold, "Least corner response")->check(CLI::Range(1, 4000));
   command.add_option("--min-distance", values.search.min_distance, "Between two corners, px")->check(within(0, 1000, "px"));
 }
@@ -158,15 +163,7 @@ Outcome<void> take_pattern_options(const PatternOptions& values, PoseRequest& re
     if (values.position != 0) return usage("--first-corner and --position exclude each other", "one of them", "both");
     request.order.first_corner = dsp::Vec2<double>(*u, *v);
   }
-  if (values.origin == "dark") {
-    request.order.origin = OriginSquare::kDark;
-  } else if (values.origin == "bright") {
-    request.order.origin = OriginSquare::kBright;
-  } else if (values.origin == "unknown") {
-    request.order.origin = OriginSquare::kUnknown;
-  } else {
-    return usage("--origin-square", "dark, bright or unknown", "'" + values.origin + "'");
-  }
+  request.order.origin = values.origin;
   return {};
 }
 
@@ -194,7 +191,7 @@ void add_pose_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("pose", "Find where a camera is, from images of the pattern, with its errors");
   command->add_option("REFERENCE", options->references, "Image of the dry pattern; several, or a folder: their mean")
       ->required();
-  command->add_option("--calibration", options->calibration, "calibration.yml of the camera")->required();
+  command->add_option("--calibration", options->calibration, "The camera's calibration.yml")->required();
   command->add_option("--out", options->out, "Folder for the results; made when it is not there")->required();
   command->add_flag("--force", options->force, "Replace results that are there already");
   add_pattern_options(*command, options->pattern);

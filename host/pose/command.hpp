@@ -20,7 +20,8 @@ void add_pose_command(CLI::App& app, int& exit_code);
 // Options by which srd pose and srd rig-check name the pattern and the detector's settings. values: lives as long as the
 // command.
 struct PatternOptions {
-  std::string points, board, position_corner, origin = "dark";
+  std::string points, board, position_corner;
+  OriginSquare origin = OriginSquare::kDark;
   std::optional<double> square_mm;
   int position = 0;
   CornerSearch search{5, 200, 8};

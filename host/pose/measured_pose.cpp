@@ -100,7 +100,7 @@ Outcome<MeasuredPose> measure_pose(PoseRequest request) {
   if (!calibration) return calibration.error();
   out.calibration = *calibration;
   const std::string where = request.references.front().string();
-  auto view = read_reference(request.references, out.calibration, out.board, request.order.position == 0, request.search);
+  auto view = read_reference(request.references, out.calibration, out.board, request.search);
   if (!view) return view.error();
   out.view = std::move(view).value();
   const auto order = order_of(out.view, out.points, out.board, request.order, where);

@@ -62,7 +62,7 @@ Outcome<PointRefinement> refine_points(const MeasuredPose& reference, const std:
   std::vector<RefinedView> all;
   all.push_back({reference.view, reference.order, bundle::to_vector(reference.fit.pose)});
   for (const std::filesystem::path& file : views) {
-    auto view = read_reference({file}, reference.calibration, reference.board, request.order.position == 0, request.search);
+    auto view = read_reference({file}, reference.calibration, reference.board, request.search);
     if (!view) return view.error();
     const auto order = order_of(*view, reference.points, reference.board, request.order, file.string());
     if (!order) return order.error();

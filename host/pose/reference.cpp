@@ -60,7 +60,7 @@ Outcome<SeenBoard> board_in(const GrayView& image, PatternSize board, bool eithe
 }  // namespace
 
 Outcome<ReferenceView> read_reference(const std::vector<fs::path>& images, const Calibration& calibration, PatternSize board,
-                                      bool either_way, const CornerSearch& search) {
+                                      const CornerSearch& search) {
   const auto files = reference_files(images);
   if (!files) return files.error();
   ReferenceView view;
@@ -69,7 +69,7 @@ Outcome<ReferenceView> read_reference(const std::vector<fs::path>& images, const
     Outcome<GrayImage> image = read_gray_image(file);
     if (!image) return image.error();
     if (auto right = check_size(image->view(), calibration, file); !right) return right.error();
-    auto seen = board_in(image->view(), all.empty() ? board : view.seen, either_way && all.empty(), search, file.string());
+    auto seen = board_in(image->view(), all.empty() ? board : view.seen, all.empty(), search, file.string());
     if (!seen) return seen.error();
     if (all.empty()) {
       view.seen = seen->seen;

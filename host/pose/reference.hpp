@@ -20,10 +20,10 @@ struct ReferenceView {
   std::vector<std::string> warnings;
 };
 
-// Folders stand for all their images. either_way: the board may lie with its rows along u. kInput for no image, one of
+// Folders stand for all their images. The board may lie with its rows along u. kInput for no image, one of
 // another size than the calibration, one without the whole board, and images that something has moved between.
 [[nodiscard]] Outcome<ReferenceView> read_reference(const std::vector<std::filesystem::path>& images,
-                                                    const Calibration& calibration, PatternSize board, bool either_way,
+                                                    const Calibration& calibration, PatternSize board,
                                                     const CornerSearch& search);
 
 }  // namespace srd::host

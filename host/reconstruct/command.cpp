@@ -52,14 +52,14 @@ Outcome<void> reconstruct(ReconstructOptions options, const std::vector<std::str
 
 void add_reconstruct_command(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ReconstructOptions>();
-  CLI::App* command = app.add_subcommand("reconstruct", "water surfaces from an OpenSRD settings.xml or a recording");
+  CLI::App* command = app.add_subcommand("reconstruct", "Water surfaces from an OpenSRD settings.xml or a recording");
   command->add_option("source", options->source, "OpenSRD settings.xml or its folder, or the folder of a recording")
       ->required();
-  command->add_option("--out", options->out, "folder for the results; made when it is not there")->required();
-  command->add_flag("--force", options->force, "replace results that are there already");
+  command->add_option("--out", options->out, "Folder for the results; made when it is not there")->required();
+  command->add_flag("--force", options->force, "Replace results that are there already");
   command
       ->add_option("--refractive-index", options->refractive_index,
-                   "of the water, against air 1 (default: what is in the recording, else 1.336 for OpenSRD settings, 1.333 for "
+                   "Of the water, against air 1 (default: what is in the recording, else 1.336 for OpenSRD settings, 1.333 for "
                    "recordings)")
       ->check(within(1, 2, ""));
   auto plates = std::make_shared<std::vector<std::string>>();
@@ -70,53 +70,51 @@ void add_reconstruct_command(CLI::App& app, int& exit_code) {
       ->expected(1)
       ->take_all();
   command->add_flag("--free-index", options->free_index,
-                    "estimate the index of the water too; refused where the view cannot tell it from the height");
+                    "Estimate the index of the water too; refused where the view cannot tell it from the height");
   std::vector<std::pair<std::string, dsp::Metric>> metrics;
   for (const dsp::Metric metric : dsp::kMetrics) metrics.emplace_back(to_string(metric), metric);
-  command->add_option("--metric", options->metric, "what is minimised: reprojection, disparity or collinearity")
-      ->transform(one_of(metrics));
+  takes_one_of(command->add_option("--metric", options->metric, "What is minimised: reprojection, disparity or collinearity"),
+               metrics);
   const std::vector<std::pair<std::string, dsp::Loss>> losses = {
       {"none", dsp::Loss::kNone}, {"huber", dsp::Loss::kHuber}, {"tukey", dsp::Loss::kTukey}};
-  command
-      ->add_option("--loss", options->loss,
-                   "how much a corner far from the others counts: none (as its deviation says, as published), huber (less), "
-                   "tukey (not at all)")
-      ->transform(one_of(losses));
+  takes_one_of(command->add_option("--loss", options->loss,
+                                   "How much a corner far from the others counts: none (as its deviation says, as published), "
+                                   "huber (less), tukey (not at all)"),
+               losses);
   command
       ->add_option("--threads", options->threads,
-                   "threads (default: as many as the machine runs at once); results do not depend on it")
+                   "Threads (default: as many as the machine runs at once); results do not depend on it")
       ->default_val(hardware_threads())
       ->check(CLI::Range(1, 256));
   command
       ->add_option("--rate", options->rate_hz,
-                   "frames a second: of images that carry no time; of a recording with frames.csv, times then follow from the "
+                   "Frames a second: of images that carry no time; of a recording with frames.csv, times then follow from the "
                    "sequence and not from its clock")
       ->check(within(0, 1e6, "Hz"));
   command
       ->add_option("--bits", options->sample_bits,
-                   "bits of the images' samples where they take two bytes each and lie at the lower end (default: 16; in a PGM "
+                   "Bits of the images' samples where they take two bytes each and lie at the lower end (default: 16; in a PGM "
                    "those of its maximum)")
       ->check(CLI::Range(kMinSampleBits, kMaxSampleBits));
   const char* settings_only = "OpenSRD settings";
-  command->add_option("--features", options->features, "features of an earlier run (its --out folder) instead of images")
+  command->add_option("--features", options->features, "Features of an earlier run (its --out folder) instead of images")
       ->group(settings_only);
   const char* recordings_only = "Recordings";
   const std::vector<std::pair<std::string, int>> models = {{"1", 1},   {"3", 3},     {"5", 5},           {"8", 8},
                                                            {"12", 12}, {"plane", 3}, {"level-normal", 2}};
-  auto* model =
-      command
-          ->add_option(
-              "--model", options->model,
-              "parameters of the surface: 1, 3 (plane), 5, 8 or 12 (default: the recording's, else 5); with settings of "
-              "OpenSRD's 2017 release also level-normal, its form with 2 parameters")
-          ->transform(one_of(models));
-  command->add_option("--modes", options->modes, "modes of the surface instead: A00,B,C,A10,..")
+  CLI::Option* model =
+      takes_one_of(command->add_option(
+                       "--model", options->model,
+                       "Parameters of the surface: 1, 3 (plane), 5, 8 or 12 (default: the recording's, else 5); with settings "
+                       "of OpenSRD's 2017 release also level-normal, its form with 2 parameters"),
+                   models);
+  command->add_option("--modes", options->modes, "Modes of the surface instead: A00,B,C,A10,..")
       ->delimiter(',')
       ->excludes(model)
       ->group(recordings_only);
-  command->add_option("--lx", options->lx, "length scale along X, mm")->check(within(0, 1e6, "mm"))->group(recordings_only);
-  command->add_option("--ly", options->ly, "length scale along Y, mm")->check(within(0, 1e6, "mm"))->group(recordings_only);
-  command->add_option("--guess", options->guess, "surface to start from, mm: depth, or depth and further coefficients")
+  command->add_option("--lx", options->lx, "Length scale along X, mm")->check(within(0, 1e6, "mm"))->group(recordings_only);
+  command->add_option("--ly", options->ly, "Length scale along Y, mm")->check(within(0, 1e6, "mm"))->group(recordings_only);
+  command->add_option("--guess", options->guess, "Surface to start from, mm: depth, or depth and further coefficients")
       ->delimiter(',')
       ->check(within(-1e6, 1e6, "mm"))
       ->group(recordings_only);

@@ -83,7 +83,7 @@ void add_rig_check_command(CLI::App& app, int& exit_code) {
   command->add_option("REFERENCE", options->reference, "Image of the pattern, or a folder of them, that the pose comes from")
       ->required();
   command->add_option("LATER", options->later, "Image of the same pattern now, or a folder of them")->required();
-  command->add_option("--calibration", options->calibration, "calibration.yml of the camera")->required();
+  command->add_option("--calibration", options->calibration, "The camera's calibration.yml")->required();
   add_pattern_options(*command, options->pattern);
   const auto level = [&](const std::string& name, LevelOptions& values) {
     command

@@ -26,22 +26,34 @@ namespace srd::host {
       "", "within");
 }
 
-// A word for a value, upper or lower case. CLI's own transformer lists its map with the values' bytes.
+// The option takes one of these words, upper or lower case, for its value. Its help and what it says of another word list them;
+// CLI's own transformer lists its map with the values' bytes.
 template <class Value>
-[[nodiscard]] CLI::Validator one_of(const std::vector<std::pair<std::string, Value>>& choices) {
-  return CLI::Validator(
-      [choices](std::string& text) -> std::string {
-        std::string names;
-        for (const auto& [name, value] : choices) {
-          if (CLI::detail::to_lower(text) == name) {
-            text = std::to_string(static_cast<int>(value));
-            return {};
-          }
-          names += (names.empty() ? "" : ", ") + name;
-        }
-        return "'" + text + "' is none of " + names;
-      },
-      "", "one_of");
+CLI::Option* takes_one_of(CLI::Option* option, const std::vector<std::pair<std::string, Value>>& choices) {
+  std::string names, alternatives;
+  for (const auto& [name, value] : choices) {
+    names += (names.empty() ? "" : ", ") + name;
+    alternatives += (alternatives.empty() ? "" : "|") + name;
+  }
+  return option
+      ->transform(CLI::Validator(
+          [choices, names](std::string& text) -> std::string {
+            for (const auto& [name, value] : choices)
+              if (CLI::detail::to_lower(text) == name) {
+                text = std::to_string(static_cast<int>(value));
+                return {};
+              }
+            return "'" + text + "' is none of " + names;
+          },
+          "", "one_of"))
+      ->type_name(alternatives);
+}
+
+// The same of whole numbers.
+inline CLI::Option* takes_one_of(CLI::Option* option, const std::vector<int>& numbers) {
+  std::vector<std::pair<std::string, int>> choices;
+  for (const int number : numbers) choices.emplace_back(std::to_string(number), number);
+  return takes_one_of(option, choices);
 }
 
 }  // namespace srd::host

@@ -354,7 +354,7 @@ POSING = [
      ["reference.png", "alike", "--first-corner", "--position"]),
     ("a position that the colours contradict", recording, (*POSE, "--origin-square", "bright"), INPUT,
      ["reference.png", "--position 1", "contradicts", "a dark one"]),
-    ("a colour that is none", recording, (*POSE, "--origin-square", "red"), USAGE, ["--origin-square", "dark, bright or unknown"]),
+    ("a colour that is none", recording, (*POSE, "--origin-square", "red"), USAGE, ["--origin-square", "'red' is none of dark, bright, unknown"]),
     ("reference missing", recording, ("srd", "pose", "nowhere.png", *POSE[3:]), INPUT, ["nowhere.png", "no such file"]),
     ("reference without a board", WHOLE, ("srd", "pose", "blank.pgm", *POSE[3:]), INPUT, ["blank.pgm", "no board"]),
     ("reference of another size", WHOLE, ("srd", "pose", "small.pgm", *POSE[3:]), INPUT, ["small.pgm", "640 x 320", "64 x 64"]),

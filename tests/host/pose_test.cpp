@@ -168,7 +168,36 @@ TEST_F(PoseOfRendered, PositionsOfTheGuideAreKept) {
   EXPECT_EQ(first->order.points.front(), 0);
   EXPECT_EQ(third->order.points.front(), 69);
   from_end.order.origin = OriginSquare::kDark;
-  EXPECT_FALSE(measure_pose(from_end));  // the colours say otherwise
+  const auto contradicted = measure_pose(from_end);  // the colours say otherwise
+  ASSERT_FALSE(contradicted);
+  EXPECT_NE(contradicted.error().text().find("try: --position 1 or 4"), std::string::npos) << contradicted.error().text();
+}
+
+TEST_F(PoseOfRendered, ABoardThatNoPositionOfTheGuideSeesNamesTheCornersThatFit) {
+  // A quarter turn of the camera: rows of the list stand upright in the image.
+  const GrayImage lying = picture_of(scene_);
+  const auto pixels = dry_truth_pixels(scene_).value();
+  GrayImage image = lying;
+  std::swap(image.width, image.height);
+  for (int v = 0; v < lying.height; ++v)
+    for (int u = 0; u < lying.width; ++u)
+      image.pixels[static_cast<std::size_t>(u * image.width + (lying.height - 1 - v))] =
+          lying.pixels[static_cast<std::size_t>(v * lying.width + u)];
+  write(image);
+  std::swap(scene_.calibration.image_width, scene_.calibration.image_height);
+  ASSERT_TRUE(write_calibration(request().calibration, scene_.calibration).ok());
+  PoseRequest upright = request();
+  upright.order = {1, {}, OriginSquare::kDark};
+  const auto refused = measure_pose(upright);
+  ASSERT_FALSE(refused);
+  const std::string text = refused.error().text();
+  EXPECT_NE(text.find("none of the camera positions 1 to 4"), std::string::npos) << text;
+  double u = 0, v = 0;
+  const std::string::size_type at = text.find("--first-corner ");
+  ASSERT_NE(at, std::string::npos) << text;
+  ASSERT_EQ(std::sscanf(text.c_str() + at, "--first-corner %lf,%lf", &u, &v), 2) << text;
+  EXPECT_NEAR(u, lying.height - 1 - pixels[0].y(), 0.2) << text;
+  EXPECT_NEAR(v, pixels[0].x(), 0.2) << text;
 }
 
 TEST_F(PoseOfRendered, HeightsAreOffByWhatIsStated) {
