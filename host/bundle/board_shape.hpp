@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A board's own frame: Z = 0 through its rim, origin at its first corner, X along rows' numbers, Y along columns', mm.
 // A bent board is a paraboloid: Z = along_rows (1 - x^2) + along_columns (1 - y^2), x and y from -1 to 1 over the
-// corners, optics (26) (the form of mrcal's calobject_warp), so each number is how far the middle stands out from the ends.
+// corners, optics (30) (the form of mrcal's calobject_warp), so each number is how far the middle stands out from the ends.
 #pragma once
 
 #include <Eigen/Core>

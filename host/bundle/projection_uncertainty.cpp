@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-// Optics (28): q = project(lens, mean over the boards of where the point is that each of them holds).
+// Optics (32): q = project(lens, mean over the boards of where the point is that each of them holds).
 double deviation_at(const CameraFit& fit, const dsp::CameraModel<double>& camera, double u, double v, double distance_mm) {
   const auto ray = camera.undistort({u, v});
   if (!ray) return kNone;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // How well a calibration says where things are in the image: what errors of lens, poses and board leave together, after
-// the freedom that a later pose has is taken out. Optics (28); the method of mrcal, D. Kogan (mean over the boards).
+// the freedom that a later pose has is taken out. Optics (32); the method of mrcal, D. Kogan (mean over the boards).
 #pragma once
 
 #include <vector>

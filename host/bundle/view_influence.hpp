@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What each view says of the camera: how much of the information is its own, and how far it contradicts the others.
 // Corners of one view that share an error (a board that flexes in the hand, motion, uneven light) contradict the other
-// views by more than their own deviations allow; the factor over all views, optics (27), is what a stated error must grow by.
+// views by more than their own deviations allow; the factor over all views, optics (31), is what a stated error must grow by.
 #pragma once
 
 #include <vector>
