@@ -2,7 +2,9 @@
 // The subcommand `srd listen`.
 #pragma once
 
-#include <CLI/CLI.hpp>
+namespace CLI {
+class App;
+}
 
 namespace srd::host {
 

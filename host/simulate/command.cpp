@@ -15,7 +15,7 @@
 namespace srd::host {
 namespace {
 
-struct Options {
+struct SimulateOptions {
   std::string scene_file;
   SimulationOptions simulation;
   std::optional<int> frames;
@@ -24,7 +24,7 @@ struct Options {
   bool pgm = false;
 };
 
-Outcome<void> run_simulate(Options& options) {
+Outcome<void> run_simulate(SimulateOptions& options) {
   if (options.default_scene) {
     std::cout << default_scene_text() << std::flush;
     return {};
@@ -59,7 +59,7 @@ Outcome<void> run_simulate(Options& options) {
 }  // namespace
 
 void add_simulate_command(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SimulateOptions>();
   CLI::App* command = app.add_subcommand("simulate", "Render a recording of moving water with known truth");
   command->add_option("SCENE.toml", options->scene_file, "The scene; the built-in flume when left out");
   command->add_option("--out", options->simulation.out, "Folder for the recording");

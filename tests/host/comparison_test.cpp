@@ -5,10 +5,10 @@
 #include <filesystem>
 
 #include <gtest/gtest.h>
-#include <CLI/CLI.hpp>
 
 #include "drivers/support/text_file.hpp"
 #include "host/compare/command.hpp"
+#include "tests/fakes/command_run.hpp"
 #include "tests/fakes/scratch_folder.hpp"
 #include "tests/host/csv_header.hpp"
 
@@ -111,16 +111,10 @@ class CompareCommand : public testing::Test {
   }
 
   int run(std::vector<std::string> arguments) {
-    CLI::App app;
-    int exit_code = -1;
-    add_compare_command(app, exit_code);
     arguments.insert(arguments.begin(), {"compare", (folder_ / "run.csv").string(), (folder_ / "truth.csv").string()});
-    std::reverse(arguments.begin(), arguments.end());
-    testing::internal::CaptureStdout();
-    testing::internal::CaptureStderr();
-    app.parse(arguments);
-    said_ = testing::internal::GetCapturedStdout() + testing::internal::GetCapturedStderr();
-    return exit_code;
+    const fakes::CommandRun done = fakes::run_command(add_compare_command, std::move(arguments));
+    said_ = done.out + done.err;
+    return done.exit;
   }
 
   fakes::ScratchFolder scratch_;

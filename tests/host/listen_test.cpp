@@ -10,7 +10,6 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <CLI/CLI.hpp>
 
 #include "drivers/support/csv_table.hpp"
 #include "drivers/support/key_file.hpp"
@@ -18,6 +17,7 @@
 #include "host/keygen/keygen.hpp"
 #include "host/listen/command.hpp"
 #include "host/listen/status_line.hpp"
+#include "tests/fakes/command_run.hpp"
 #include "tests/fakes/scratch_folder.hpp"
 #include "tests/host/delivery_simulation.hpp"
 #include "tests/host/lossy_relay.hpp"
@@ -317,18 +317,7 @@ TEST(Listen, WarnsWhenAnyoneCouldSend) {
 
 TEST(Listen, CommandGivesExitCodes) {
   const fakes::ScratchFolder folder;
-  const auto run = [](std::vector<std::string> words) {
-    CLI::App app;
-    int code = -1;
-    add_listen_command(app, code);
-    std::reverse(words.begin(), words.end());
-    try {
-      app.parse(words);
-    } catch (const CLI::ParseError&) {
-      return 2;
-    }
-    return code;
-  };
+  const auto run = [](std::vector<std::string> words) { return fakes::run_command(add_listen_command, std::move(words)).exit; };
   const std::string csv = (folder.path() / "run.csv").string();
   EXPECT_EQ(run({"listen", "--bind", "127.0.0.1:0", "--csv", csv, "--for", "0.01"}), 0);
   EXPECT_EQ(run({"listen", "--bind", "127.0.0.1:0", "--csv", csv, "--for", "0.01"}), 2);

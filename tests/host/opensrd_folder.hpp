@@ -4,10 +4,10 @@
 
 #include <gtest/gtest.h>
 
-#include <CLI/CLI.hpp>
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "drivers/geometry/calibration.hpp"
@@ -16,6 +16,7 @@
 #include "drivers/support/csv_table.hpp"
 #include "drivers/support/text_file.hpp"
 #include "host/reconstruct/command.hpp"
+#include "tests/fakes/command_run.hpp"
 #include "tests/fakes/scratch_folder.hpp"
 #include "tests/fakes/synthetic_scene.hpp"
 
@@ -69,29 +70,11 @@ inline Keys keys_2016(int cameras, int parameters, double guess_mm = 70) {
   return keys;
 }
 
-struct CommandResult {
-  int exit = -1;
-  std::string out, err;
-};
+using CommandResult = fakes::CommandRun;
 
 inline CommandResult run_command(std::vector<std::string> arguments) {
-  CLI::App app;
-  CommandResult result;
-  app.require_subcommand(1);
-  add_reconstruct_command(app, result.exit);
   arguments.insert(arguments.begin(), "reconstruct");
-  std::reverse(arguments.begin(), arguments.end());
-  testing::internal::CaptureStdout();
-  testing::internal::CaptureStderr();
-  try {
-    app.parse(arguments);
-  } catch (const CLI::ParseError& error) {
-    result.exit = 2;
-    std::cerr << error.what();
-  }
-  result.out = testing::internal::GetCapturedStdout();
-  result.err = testing::internal::GetCapturedStderr();
-  return result;
+  return fakes::run_command(add_reconstruct_command, std::move(arguments));
 }
 
 class OpenSrdFolder {

@@ -6,12 +6,12 @@
 #include <iterator>
 
 #include <gtest/gtest.h>
-#include <CLI/CLI.hpp>
 
 #include "drivers/support/text_file.hpp"
 #include "host/plot/command.hpp"
 #include "host/plot/figures.hpp"
 #include "host/plot/report.hpp"
+#include "tests/fakes/command_run.hpp"
 #include "tests/fakes/scratch_folder.hpp"
 #include "tests/host/csv_header.hpp"
 
@@ -212,23 +212,15 @@ TEST_F(PlotReport, NamesInThePageAreText) {
 }
 
 TEST_F(PlotReport, CommandPrintsTheFilesAndItsCodes) {
-  const auto run = [&](std::vector<std::string> arguments) {
-    CLI::App app;
-    int exit_code = -1;
-    add_plot_command(app, exit_code);
-    std::reverse(arguments.begin(), arguments.end());
-    app.parse(arguments);
-    return exit_code;
-  };
+  const auto run = [](std::vector<std::string> words) { return fakes::run_command(add_plot_command, std::move(words)); };
   const std::string file = folder_.write("run.csv", frames()).string(), out = (folder_.path() / "o").string();
-  testing::internal::CaptureStdout();
-  EXPECT_EQ(0, run({"plot", file, "--out", out}));
-  EXPECT_EQ(out + "/run.html\n" + out + "/run-series.png\n" + out + "/run-height.png\n",
-            testing::internal::GetCapturedStdout());
-  EXPECT_EQ(2, run({"plot", file, "--out", out}));
-  EXPECT_EQ(0, run({"plot", file, "--out", out, "--force"}));
-  EXPECT_EQ(2, run({"plot", file, "--out", out, "--force", "--lx", "100"}));
-  EXPECT_EQ(3, run({"plot", (folder_.path() / "none.csv").string()}));
+  const auto first = run({"plot", file, "--out", out});
+  EXPECT_EQ(0, first.exit);
+  EXPECT_EQ(out + "/run.html\n" + out + "/run-series.png\n" + out + "/run-height.png\n", first.out);
+  EXPECT_EQ(2, run({"plot", file, "--out", out}).exit);
+  EXPECT_EQ(0, run({"plot", file, "--out", out, "--force"}).exit);
+  EXPECT_EQ(2, run({"plot", file, "--out", out, "--force", "--lx", "100"}).exit);
+  EXPECT_EQ(3, run({"plot", (folder_.path() / "none.csv").string()}).exit);
 }
 
 }  // namespace

@@ -6,12 +6,11 @@
 
 #include <gtest/gtest.h>
 
-#include <CLI/CLI.hpp>
-
 #include "drivers/camera/recording_camera.hpp"
 #include "drivers/camera/simulator/renderer.hpp"
 #include "drivers/recording/truth.hpp"
 #include "drivers/support/text_file.hpp"
+#include "tests/fakes/command_run.hpp"
 #include "tests/fakes/scratch_folder.hpp"
 
 namespace srd::host {
@@ -20,28 +19,11 @@ namespace {
 using fakes::bytes_of;
 using fakes::ScratchFolder;
 
-struct Finished {
-  int exit_code = -1;
-  std::string out, error;
-};
+using Finished = fakes::CommandRun;
 
 Finished run(std::vector<std::string> arguments) {
-  CLI::App app;
-  Finished result;
-  add_simulate_command(app, result.exit_code);
-  std::reverse(arguments.begin(), arguments.end());
-  arguments.push_back("simulate");
-  testing::internal::CaptureStdout();
-  testing::internal::CaptureStderr();
-  try {
-    app.parse(arguments);
-  } catch (const CLI::ParseError& error) {
-    result.exit_code = static_cast<int>(Exit::kUsage);
-    std::cerr << error.what();
-  }
-  result.out = testing::internal::GetCapturedStdout();
-  result.error = testing::internal::GetCapturedStderr();
-  return result;
+  arguments.insert(arguments.begin(), "simulate");
+  return fakes::run_command(add_simulate_command, std::move(arguments));
 }
 
 const std::string kSmall =
@@ -54,8 +36,8 @@ TEST(Simulate, WritesARecordingThatReadsBackAsTheScene) {
   const auto scene_file = folder.write("small.toml", kSmall);
   const auto out = folder.path() / "run";
   const Finished made = run({scene_file.string(), "--out", out.string()});
-  ASSERT_EQ(made.exit_code, 0) << made.error;
-  EXPECT_EQ(made.error, "");  // no progress where nobody looks
+  ASSERT_EQ(made.exit, 0) << made.err;
+  EXPECT_EQ(made.err, "");  // no progress where nobody looks
   const Scene scene = read_scene(scene_file).value();
 
   const auto recording = read_recording(out);
@@ -105,12 +87,12 @@ TEST(Simulate, OverwritesNothingWithoutForce) {
   folder.write("run/truth.csv", "mine");
   const std::string out = (folder.path() / "run").string();
   const Finished refused = run({scene_file.string(), "--out", out});
-  EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_NE(refused.error.find("truth.csv"), std::string::npos) << refused.error;
-  EXPECT_NE(refused.error.find("--force"), std::string::npos) << refused.error;
+  EXPECT_EQ(refused.exit, 2);
+  EXPECT_NE(refused.err.find("truth.csv"), std::string::npos) << refused.err;
+  EXPECT_NE(refused.err.find("--force"), std::string::npos) << refused.err;
   EXPECT_EQ(bytes_of(folder.path() / "run/truth.csv"), "mine");
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "run/frames.csv"));
-  EXPECT_EQ(run({scene_file.string(), "--out", out, "--force", "--frames", "1"}).exit_code, 0);
+  EXPECT_EQ(run({scene_file.string(), "--out", out, "--force", "--frames", "1"}).exit, 0);
   EXPECT_EQ(read_recording(out)->frames.size(), 1U);
 }
 
@@ -118,9 +100,8 @@ TEST(Simulate, SeedChangesTheNoiseAndNothingElse) {
   const ScratchFolder folder;
   const auto scene_file = folder.write("small.toml", kSmall);
   for (const char* seed : {"5", "6"})
-    ASSERT_EQ(run({scene_file.string(), "--out", (folder.path() / seed).string(), "--seed", seed, "--frames", "1", "--pgm"})
-                  .exit_code,
-              0);
+    ASSERT_EQ(
+        run({scene_file.string(), "--out", (folder.path() / seed).string(), "--seed", seed, "--frames", "1", "--pgm"}).exit, 0);
   EXPECT_EQ(bytes_of(folder.path() / "5/truth.csv"), bytes_of(folder.path() / "6/truth.csv"));
   const auto a = read_gray_image(folder.path() / "5/frame_000000.pgm"),
              b = read_gray_image(folder.path() / "6/frame_000000.pgm");
@@ -137,7 +118,7 @@ TEST(Simulate, SeedChangesTheNoiseAndNothingElse) {
 
 TEST(Simulate, PrintsTheBuiltInSceneWhichIsItsOwnDefault) {
   const Finished printed = run({"--default-scene"});
-  EXPECT_EQ(printed.exit_code, 0);
+  EXPECT_EQ(printed.exit, 0);
   const auto scene = parse_scene(printed.out, "printed");
   ASSERT_TRUE(scene) << scene.error().text();
   EXPECT_EQ(scene->coefficients(7), default_scene().coefficients(7));
@@ -149,14 +130,14 @@ TEST(Simulate, SaysWhatIsWrongWithItsArguments) {
   const auto wrong = folder.write("wrong.toml", "frames = 3\n[pattern]\nrows = 1\n");
   const std::string out = (folder.path() / "run").string();
   const Finished bad = run({wrong.string(), "--out", out});
-  EXPECT_EQ(bad.exit_code, 2);
-  EXPECT_NE(bad.error.find(wrong.string() + ":3: key 'pattern.rows'"), std::string::npos) << bad.error;
-  EXPECT_EQ(run({(folder.path() / "none.toml").string(), "--out", out}).exit_code, 2);
-  EXPECT_EQ(run({wrong.string()}).exit_code, 2);
-  EXPECT_EQ(run({"--frames", "0", "--out", out}).exit_code, 2);
-  EXPECT_EQ(run({"--seed", "-1", "--out", out}).exit_code, 2);
+  EXPECT_EQ(bad.exit, 2);
+  EXPECT_NE(bad.err.find(wrong.string() + ":3: key 'pattern.rows'"), std::string::npos) << bad.err;
+  EXPECT_EQ(run({(folder.path() / "none.toml").string(), "--out", out}).exit, 2);
+  EXPECT_EQ(run({wrong.string()}).exit, 2);
+  EXPECT_EQ(run({"--frames", "0", "--out", out}).exit, 2);
+  EXPECT_EQ(run({"--seed", "-1", "--out", out}).exit, 2);
   folder.write("file", "x");
-  EXPECT_EQ(run({"--frames", "1", "--out", (folder.path() / "file").string()}).exit_code, 3);
+  EXPECT_EQ(run({"--frames", "1", "--out", (folder.path() / "file").string()}).exit, 3);
   EXPECT_FALSE(std::filesystem::exists(out));
 }
 
