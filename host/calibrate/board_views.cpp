@@ -2,9 +2,9 @@
 #include "host/calibrate/board_views.hpp"
 
 #include <algorithm>
-#include <array>
 
 #include "dsp/frontend/board_finder.hpp"
+#include "dsp/frontend/noise_threshold.hpp"
 
 namespace srd::host {
 
@@ -14,7 +14,6 @@ constexpr int kMaxCorners = 16384;
 constexpr int kMinSide = 4;         // corners: a part of a board that is smaller may be anything
 constexpr double kMinSigma = 1e-3;  // px: a corner is not known better than its pixels' own places
 constexpr double kSigmaUnit = 4096;
-constexpr std::array kThresholds{200, 100, 50};
 
 // As --board has it: along and across.
 std::string grid_text(int rows, int columns) { return std::to_string(columns) + " x " + std::to_string(rows); }
@@ -93,16 +92,8 @@ Candidate search_once(dsp::BoardFinder& finder, const GrayImage& image, const bu
 Outcome<SightedBoard> sight_board(const GrayImage& image, const std::filesystem::path& file, const bundle::BoardShape& board,
                                   const BoardSearch& search) {
   dsp::BoardFinder finder(image.width, image.height, kMaxCorners);
-  Candidate best;
-  if (search.threshold > 0) {
-    best = search_once(finder, image, board, search, search.threshold);
-  } else {
-    for (const int threshold : kThresholds) {
-      Candidate next = search_once(finder, image, board, search, threshold);
-      if (next.found() > best.found() || (best.found() == 0 && next.largest_found > best.largest_found)) best = std::move(next);
-      if (best.found() == board.count()) break;
-    }
-  }
+  const Candidate best =
+      search_once(finder, image, board, search, search.threshold > 0 ? search.threshold : dsp::noise_threshold(image.view()));
   if (best.found() == 0 || best.larger) {
     std::string found = std::to_string(best.corners) + " corners, which make no grid";
     if (best.largest_found > 0)
@@ -116,11 +107,12 @@ Outcome<SightedBoard> sight_board(const GrayImage& image, const std::filesystem:
                    found,
                    "count the inner corners, look at light and focus, and keep other checks out of the image"};
   }
-  best.board.file = file;
-  best.board.width = image.width;
-  best.board.height = image.height;
-  best.board.view.name = file.filename().string();
-  return best.board;
+  SightedBoard sighted = best.board;
+  sighted.file = file;
+  sighted.width = image.width;
+  sighted.height = image.height;
+  sighted.view.name = file.filename().string();
+  return sighted;
 }
 
 }  // namespace srd::host

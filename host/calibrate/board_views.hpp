@@ -13,7 +13,7 @@ namespace srd::host {
 
 struct BoardSearch {
   int radius = 5;            // px, 5 or 10
-  int threshold = 0;         // least response; 0: from the detector's usual one downwards until the board is whole
+  int threshold = 0;         // least response; 0: what the image's own noise does not reach
   double min_distance = 15;  // px
 };
 

@@ -95,7 +95,7 @@ void add_calibrate_command(CLI::App& app, int& exit_code) {
       ->default_str("bent");
   command
       ->add_option("--threshold", options->search.threshold,
-                   "Least response of a corner (default: from 200 downwards until the board is whole)")
+                   "Least response of a corner (default: what each image's own noise does not reach)")
       ->check(CLI::Range(1, 2040));
   takes_one_of(command->add_option("--radius", options->search.radius, "Of the corner detector, px: 5 or 10"), {5, 10})
       ->default_str("5");

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "drivers/camera/simulator/renderer.hpp"
+#include "dsp/frontend/noise_threshold.hpp"
 
 namespace srd::dsp {
 namespace {
@@ -34,6 +35,13 @@ class BoardImage {
             pixels_[static_cast<std::size_t>(y * scene_.width() + x)] = level;
       }
   }
+  // Grey levels about the middle times contrast, and noise of this standard deviation.
+  void fade(double contrast, double noise) {
+    std::mt19937 random(2);
+    std::normal_distribution<double> normal(0, noise);
+    for (std::uint8_t& pixel : pixels_)
+      pixel = static_cast<std::uint8_t>(std::clamp(std::lround(128 + contrast * (pixel - 128) + normal(random)), 0L, 255L));
+  }
   // Of the pattern's corners, how many have a detected one within half a pixel.
   int found(std::span<const CornerFit> corners) const {
     const auto truth = truth_pixels(scene_, 0).value();
@@ -48,6 +56,33 @@ class BoardImage {
   Scene scene_;
   std::vector<std::uint8_t> pixels_;
 };
+
+// The threshold of the image's own noise finds what the fixed one loses, and keeps noise out.
+TEST(CornerDetectorNoiseThreshold, FollowsNoiseDownToFaintBoards) {
+  CornerDetector detector(1280, 640, 4000);
+  for (const auto& [contrast, noise] : {std::pair(0.15, 0.3), std::pair(0.3, 2.0), std::pair(1.0, 4.0), std::pair(1.0, 8.0)}) {
+    BoardImage image(1);
+    image.fade(contrast, noise);
+    DetectorOptions options;
+    options.threshold = noise_threshold(image.view());
+    EXPECT_NEAR(options.threshold, std::max(16 * std::hypot(noise, contrast * 1.5), 32.0), 0.15 * 16 * noise + 3) << noise;
+    const auto corners = detector.detect(image.view(), options);
+    EXPECT_EQ(image.found(corners), 231) << contrast;
+    EXPECT_LE(corners.size(), 235u) << noise;
+    options.threshold = 200;
+    if (contrast < 0.2) {
+      EXPECT_LT(image.found(detector.detect(image.view(), options)), 231);
+    }
+  }
+}
+
+TEST(CornerDetectorNoiseThreshold, IsThatOfWhiteNoise) {
+  for (const double noise : {2.0, 5.0, 12.0}) {
+    BoardImage image(1);
+    image.fade(0, noise);
+    EXPECT_NEAR(noise_threshold(image.view()), 16 * noise, 0.05 * 16 * noise);
+  }
+}
 
 class CornerDetectorBeside : public testing::TestWithParam<std::pair<int, int>> {};
 
