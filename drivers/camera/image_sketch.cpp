@@ -17,6 +17,7 @@ constexpr int kMinContrast = 60;  // of the detector's default threshold
 constexpr double kMosaic = 1.3, kMosaicLevels = 4;
 constexpr double kMaxSaturated = 0.2;
 constexpr int kReach = 4;           // px
+constexpr int kAround = 14;         // px to either side: there an edge of the worst blur has its whole contrast
 constexpr double kSteepest = 0.35;  // a blur of 4.4 px: the corner fit follows up to 4
 
 }  // namespace
@@ -31,8 +32,23 @@ ImageSketch::ImageSketch(const GrayView& image) noexcept {
       second_ += static_cast<std::uint64_t>(std::abs(row[u] - row[u + 2]));
       ++pixels_;
     }
-    for (int u = 0; u + kReach < image.width; ++u, ++far_)
-      ++steps_[static_cast<std::size_t>(std::abs(row[u] - row[u + kReach]))];
+  }
+  for (int v = 0; v < image.height; ++v)
+    if (v % kPairStep <= 1) take_edges(image.row(v), image.width);
+}
+
+// Of each place whose surroundings differ by half of the image's contrast: what of that lies within kReach.
+void ImageSketch::take_edges(const std::uint8_t* row, int width) noexcept {
+  const int least = std::max((level(990) - level(10)) / 2, 1);
+  for (int u = kAround; u + kReach + kAround < width; ++u) {
+    int dark = 255, bright = 0;
+    for (int k = u - kAround; k <= u + kReach + kAround; k += 2) {
+      dark = std::min<int>(dark, row[k]);
+      bright = std::max<int>(bright, row[k]);
+    }
+    if (bright - dark < least) continue;
+    ++steps_[static_cast<std::size_t>(std::min(255, 255 * std::abs(row[u] - row[u + kReach]) / (bright - dark)))];
+    ++edges_;
   }
 }
 
@@ -48,8 +64,9 @@ int ImageSketch::level_of(const Histogram& histogram, std::uint64_t all, int per
 int ImageSketch::level(int permille) const noexcept { return level_of(histogram_, pixels_, permille); }
 
 double ImageSketch::steepest() const noexcept {
-  const int contrast = level(990) - level(10);
-  return contrast <= 0 ? 1 : std::min(1.0, static_cast<double>(level_of(steps_, far_, 995)) / contrast);
+  // An edge is in the surroundings of 2 kAround + kReach places of its row and steepest at one of them.
+  static_assert(2 * kAround + kReach == 32);
+  return level(990) <= level(10) ? 1 : level_of(steps_, edges_, 985) / 255.0;
 }
 
 ImageFault ImageSketch::fault() const noexcept {
@@ -89,7 +106,7 @@ std::string ImageSketch::diagnosis() const {
       return formatted("the image has little contrast: 98 %% of it lies between grey levels %d and %d. ", dark, bright) +
              "Is the pattern in view, in focus, evenly lit?";
     case ImageFault::kBlurred:
-      return formatted("the image is blurred: its steepest edges take %.0f %% of the contrast within %d px, sharp ones all. ",
+      return formatted("the image is blurred: its steepest edges take %.0f %% of their contrast within %d px, sharp ones all. ",
                        100 * steepest(), kReach) +
              "Focus the lens (camera.focus), look for drops and mist on it, shorten the exposure; or is the pattern not in "
              "view?";

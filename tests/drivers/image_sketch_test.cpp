@@ -60,6 +60,18 @@ TEST(ImageSketch, SteepestPartOfAnEdgeIsThatOfItsBlur) {
   }
 }
 
+// A dark room with a board in one corner: its edges are judged, not how much of the image they fill.
+TEST(ImageSketch, ABoardInASmallPartOfTheImageIsJudgedByItsOwnEdges) {
+  for (const double s : {1.0, 8.0}) {
+    const ImageSketch small = sketch_of([&](int u, int v) {
+      const auto edge = [&](int at) { return std::erf((u - at) / (s * std::sqrt(2.0))); };
+      return v < 70 ? 40 + static_cast<int>(std::lround(90 * (edge(30) - edge(70)))) : 40;
+    });
+    EXPECT_NEAR(small.steepest(), std::erf(2 / (s * std::sqrt(2.0))), 0.03) << s;
+    EXPECT_EQ(small.fault(), s > 4.4 ? ImageFault::kBlurred : ImageFault::kNone) << s;
+  }
+}
+
 TEST(ImageSketch, LevelsAndDifferencesAreThoseOfTheImage) {
   const ImageSketch ramp = sketch_of([](int u, int) { return u % 256; });
   EXPECT_EQ(ramp.level(1000), 255);

@@ -112,6 +112,8 @@ INSTANTIATE_TEST_SUITE_P(
                           },
                           "blurred"},
                     Fault{"NoBoard", each([](int u, int, double) { return u / 16 % 2 == 0 ? 30 : 220; }), "shows no board"},
+                    Fault{"PartOfTheBoard", each([](int u, int v, double grey) { return u < 125 && v < 90 ? grey : 40; }),
+                          "does not show the whole board"},
                     Fault{"UpsideDown", flip_rows, "upside down"}, Fault{"Mirrored", flip_columns, "mirrored"},
                     Fault{"HalfTurn",
                           [](GrayImage& image) {
