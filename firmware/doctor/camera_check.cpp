@@ -9,6 +9,7 @@
 #include "firmware/doctor/doctor.hpp"
 #include "firmware/doctor/lit_frames.hpp"
 #include "firmware/doctor/pulse_check.hpp"
+#include "firmware/doctor/rig_check.hpp"
 #include "firmware/doctor/sharpening_check.hpp"
 
 namespace srd::firmware {
@@ -199,12 +200,20 @@ void find_pattern(const NodeConfig& config, Instrument& instrument, LitFrames& f
   const auto end = Clock::now() + options.camera_time;
   std::uint64_t came = 0;
   int searched = 0;
-  while (!options.stopping() && searched < kSearched && Clock::now() < end) {
+  bool found = false;
+  RigCheck rig(config, instrument);
+  // A rig that seems to have moved is looked at once more.
+  while (!options.stopping() && ((!found && searched < kSearched) || rig.undecided()) && Clock::now() < end) {
     const Capture got = frames.next(frame, kPatience);
     if (got == Capture::kEnd) break;
     if (got != Capture::kFrame) continue;
     ++came;
     if (!frames.lit(frame)) {
+      frames.give_back(frame);
+      continue;
+    }
+    rig.look(frame.image, frame.time_ns);
+    if (found || searched == kSearched) {
       frames.give_back(frame);
       continue;
     }
@@ -216,12 +225,14 @@ void find_pattern(const NodeConfig& config, Instrument& instrument, LitFrames& f
     const dsp::FrameResult<float>& result = instrument.tracker->process(std::span(&frame.image, 1), frame.time_ns);
     frames.give_back(frame);
     status = result.status;
-    if (!result.has_surface()) continue;
-    diagnosis.ok("pattern", formatted("%d of %d corners, %.3f px rms", result.estimate.corners_used, corners,
-                                      static_cast<double>(result.estimate.reprojection_rms)));
-    return;
+    found = result.has_surface();
+    if (found)
+      diagnosis.ok("pattern", formatted("%d of %d corners, %.3f px rms", result.estimate.corners_used, corners,
+                                        static_cast<double>(result.estimate.reprojection_rms)));
   }
   if (options.stopping()) return;
+  rig.tell(diagnosis);
+  if (found) return;
   if (searched > 0)
     diagnosis.warn("pattern", "no surface in " + std::to_string(searched) + " frames", advice_for(status));
   else if (came > 0)

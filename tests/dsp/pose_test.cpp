@@ -7,8 +7,10 @@
 #include "drivers/camera/simulator/scene.hpp"
 #include "dsp/estimate/estimator/estimator.hpp"
 #include "dsp/pose/height_of_pose.hpp"
+#include "dsp/pose/pose_check.hpp"
 #include "dsp/pose/pose_comparison.hpp"
 #include "dsp/pose/systematic_watch.hpp"
+#include "tests/fakes/allocation_gauge.hpp"
 #include "tests/fakes/synthetic_scene.hpp"
 
 namespace srd::dsp {
@@ -33,6 +35,12 @@ struct PosedFlume {
     std::vector<Vec2<double>> all;
     for (const auto& point : points) all.push_back(see_point(from, point, above)->pixel);
     return all;
+  }
+  // Every fifth corner is enough where many draws are made.
+  void thin_out() {
+    Points kept;
+    for (std::size_t i = 0; i < points.size(); i += 5) kept.push_back(points[i]);
+    points = kept;
   }
   [[nodiscard]] Vec2<double> noise(double sigma) {
     std::normal_distribution<double> normal(0, sigma);
@@ -292,13 +300,16 @@ TEST(SystematicWatch, ComesToWhatOneFitGivesAndFollowsTheLevel) {
   for (int i = 0; i < 231; ++i) corners[static_cast<std::size_t>(i)].point = i;
   Coefficients<float> risen(3);
   risen << 120, 0, 0;
+  const double before = whole(80);
+  const fakes::AllocationGauge heap;
   // One way through the corners of a fit, then the next frame's start.
   const int frames = (231 + SystematicWatch::kCornersAFrame - 1) / SystematicWatch::kCornersAFrame;
   for (int frame = 0; frame < frames; ++frame) {
     watch.follow(risen, corners);
-    EXPECT_NEAR(watch.deviation()[0], whole(80), 1e-9) << frame;
+    EXPECT_NEAR(watch.deviation()[0], before, 1e-9) << frame;
   }
   watch.follow(risen, corners);
+  EXPECT_EQ(heap.count(), 0);
   EXPECT_NEAR(watch.deviation()[0], whole(120), 1e-6);
   EXPECT_GT(watch.height_deviation(), 0);
 }
@@ -382,6 +393,75 @@ TEST(PoseComparison, ThroughWaterALevelThatIsNotSureIsNoMove) {
   ASSERT_TRUE(sure && unsure);
   EXPECT_LT(sure->by_chance, 1e-6);
   EXPECT_GT(unsure->by_chance, 1e-2);
+}
+
+// A rig that was measured dry, with errors as its covariance says, and is looked at again.
+PoseCheckRequest stated_by(PosedFlume& flume, const View<double>& then) {
+  const auto fit =
+      fit_pose_to(flume.scene.calibration.camera, then.pose, flume.noisy(flume.pixels(then, nullptr), 0.01), nullptr);
+  PoseCheckRequest request;
+  request.camera = flume.scene.calibration.camera;
+  request.stated = fit->pose;
+  request.stated_covariance = fit->cofactor;
+  request.media = flume.scene.media;
+  request.highest_mm = 250;
+  return request;
+}
+
+TEST(PoseCheck, AnUnmovedRigIsToldByChanceAsOftenAsItSaysDryAndThroughWaterThatNobodyMeasured) {
+  PosedFlume flume;
+  flume.thin_out();
+  for (const bool wet : {false, true}) {
+    constexpr int kDraws = 50;
+    int below_a_tenth = 0;
+    for (int draw = 0; draw < kDraws; ++draw) {
+      const PoseCheckRequest request = stated_by(flume, flume.view);
+      const WaterAbove still = flume.still(60 + draw);
+      const auto check = check_pose(request, flume.noisy(flume.pixels(flume.view, wet ? &still : nullptr), 0.01));
+      ASSERT_TRUE(check) << to_string(check.error());
+      EXPECT_EQ(check->wet, wet);
+      EXPECT_GT(check->by_chance, 1e-5);
+      below_a_tenth += check->by_chance < 0.1 ? 1 : 0;
+      if (wet) {
+        EXPECT_NEAR(check->level_mm, 60 + draw, 4.5 * check->level_deviation_mm);
+      }
+    }
+    EXPECT_NEAR(below_a_tenth, 5, 3.29 * std::sqrt(4.5)) << wet;
+  }
+}
+
+TEST(PoseCheck, SmallTurnsAreToldDryAndThroughWaterThatNobodyMeasured) {
+  PosedFlume flume;
+  const WaterAbove still = flume.still(95);
+  const WaterAbove* media[] = {nullptr, &still};
+  for (const WaterAbove* above : media)
+    for (int axis = 0; axis < 3; ++axis) {
+      const PoseCheckRequest request = stated_by(flume, flume.view);
+      View<double> later = flume.view;
+      later.pose = changed(flume.view.pose, unit_change(axis, 0.02 * fakes::kPi / 180));
+      const auto check = check_pose(request, flume.noisy(flume.pixels(later, above), 0.01));
+      ASSERT_TRUE(check) << to_string(check.error());
+      EXPECT_LT(check->by_chance, 1e-6) << axis;
+      EXPECT_GT(check->largest_move_px, 0.02) << axis;
+    }
+}
+
+TEST(PoseCheck, PlatesLieOnThePatternWithAndWithoutWater) {
+  PosedFlume flume;
+  flume.scene.media.layers[0] = {12, 1.49};
+  flume.scene.media.n_layers = 1;
+  Media<double> air = flume.scene.media;
+  air.water = air.air;
+  WaterAbove dry = flume.still(13);
+  dry.media = air;
+  const WaterAbove still = flume.still(90);
+  const WaterAbove* media[] = {&dry, &still};
+  for (const WaterAbove* above : media) {
+    const auto check = check_pose(stated_by(flume, flume.view), flume.noisy(flume.pixels(flume.view, above), 0.01));
+    ASSERT_TRUE(check) << to_string(check.error());
+    EXPECT_EQ(check->wet, above == &still);
+    EXPECT_GT(check->by_chance, 1e-5);
+  }
 }
 
 }  // namespace

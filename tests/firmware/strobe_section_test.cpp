@@ -55,7 +55,7 @@ TEST(StrobeSection, TakesWhatBoardsSay) {
 }
 
 TEST(StrobeSection, SaysWhatDoesNotFitWithItsNumbers) {
-  struct Wrong {
+  struct Misfit {
     const char* keys;
     StrobedCamera camera;
     std::vector<const char*> said;
@@ -66,7 +66,7 @@ TEST(StrobeSection, SaysWhatDoesNotFitWithItsNumbers) {
   unknown.exposure_us.reset();
   fast.frame_rate_hz = 300;
   free.trigger_input = false;
-  const std::vector<Wrong> cases{
+  const std::vector<Misfit> cases{
       {"mode = \"on\"\n", usual(), {"n.toml:2", "strobe.mode", "follow", "on"}},
       {"mode = \"follow\"\n", usual(), {"n.toml:1", "strobe.line", "missing", "number or a name"}},
       {"mode = \"follow\"\nline = -3\n", usual(), {"n.toml:3", "strobe.line", "-3"}},
@@ -93,7 +93,7 @@ TEST(StrobeSection, SaysWhatDoesNotFitWithItsNumbers) {
       {"mode = \"trigger\"\ntrigger_line = 17\ntrigger_pulse_us = 11000\n", usual(), {"n.toml:4", "10000 us", "11000 us"}},
       {"mode = \"follow\"\nline = 17\npluse_us = 5\n", usual(), {"n.toml:4", "unknown key 'strobe.pluse_us'", "pulse_us"}},
   };
-  for (const Wrong& wrong : cases) {
+  for (const Misfit& wrong : cases) {
     const auto strobe = read(wrong.keys, wrong.camera);
     ASSERT_FALSE(strobe.ok()) << wrong.keys;
     EXPECT_EQ(strobe.error().exit, Exit::kUsage);
