@@ -8,6 +8,7 @@
 #include "dsp/core/fixed_ldl.hpp"
 #include "dsp/frontend/corner_sums.hpp"
 #include "dsp/frontend/edge_profile.hpp"
+#include "dsp/frontend/sharp_corner.hpp"
 
 namespace srd::dsp {
 
@@ -17,8 +18,7 @@ using Ldl = FixedLdl<CornerSums::kColumns - 1>;
 
 constexpr std::int64_t kMinBlurQ12 = 1183, kMaxBlurQ12 = 4096 * 6;  // Q12 px; the least is the pixel's own, sqrt(1/12)
 constexpr std::int64_t kSmoothBlur = 4096 * 45 / 100;
-// A fit of sharp edges may step to and fro between pixels for ever: after that many steps its blur is held and they are halved.
-constexpr int kPatience = 5;
+constexpr std::int64_t kWished = (1 << 16) / 8;  // Q16 px: what steps that far to and fro is no corner
 // Q16 grey levels: 0 to 255, half of that, and what noise may add. Beyond them residuals are cut off and look small.
 constexpr std::int64_t kMinMean = -(16 << 16), kMaxMean = 271 << 16, kMaxContrast = 144 << 16;
 constexpr std::int64_t kMaxMove = 1 << 16, kMaxTurn = 1 << 12;  // of one step: 1 px, 1/4 rad
@@ -76,32 +76,31 @@ CornerModel::Mask mask_of(const State& state, const Sharpening& sharpening) {
   return mask;
 }
 
-CornerModel::Quarters quarters_of(const State& state) {
-  CornerModel::Quarters quarters;
-  if (state.blur >= kSmoothBlur) return quarters;
-  // The pixel's own variance is 1/12, a quarter's 1/48.
-  const auto blur = static_cast<std::int64_t>(isqrt(static_cast<std::uint64_t>(state.blur * state.blur - (1 << 24) / 16)));
-  quarters.wider_q14 = narrow((state.blur << 14) / blur);
-  quarters.wider_squared_q13 = narrow((state.blur * state.blur << 13) / (blur * blur));
-  // In quarters of its size, lengths are halved: so is the blur that its shape is looked up with.
-  quarters.across = {line_across(state, state.n1, blur), line_across(state, state.n2, blur)};
-  quarters.shape = {static_cast<std::uint8_t>(EdgeProfile::shape_of(state.n1.x, state.n1.y, 2 * blur)),
-                    static_cast<std::uint8_t>(EdgeProfile::shape_of(state.n2.x, state.n2.y, 2 * blur))};
-  return quarters;
-}
-
 CornerModel model_of(const State& state, const Sharpening& sharpening) {
   CornerModel model;
   model.across = {line_across(state, state.n1, state.blur), line_across(state, state.n2, state.blur)};
   model.along = {line_along(state, state.n1), line_along(state, state.n2)};
   model.shape = {static_cast<std::uint8_t>(EdgeProfile::shape_of(state.n1.x, state.n1.y, state.blur)),
                  static_cast<std::uint8_t>(EdgeProfile::shape_of(state.n2.x, state.n2.y, state.blur))};
-  model.quarters = quarters_of(state);
   model.mask = mask_of(state, sharpening);
   model.rho_q15 = narrow(2 * dot_q14(state.n1, state.n2));
   model.mean_q6 = narrow(shift_rounded(state.mean, 10));
   model.contrast_q8 = narrow(shift_rounded(state.contrast, 8));
   return model;
+}
+
+// Where sampling is coarser than the edges, or than what an unsharp mask makes of them.
+bool is_sharp(const State& state, const Sharpening& sharpening) {
+  return state.blur < (sharpening.amount_q12 > 0 ? SharpCorner::kMostBlurQ12 : kSmoothBlur);
+}
+
+void sums_of(const CornerWindow& window, const std::uint8_t* pixels, const CornerModel& model, const State& state,
+             const Sharpening& sharpening, CornerSums& sums) {
+  if (is_sharp(state, sharpening))
+    sharp_corner_sums(window, pixels,
+                      {state.x, state.y, state.n1, state.n2, state.blur, model.mean_q6, model.contrast_q8, sharpening}, sums);
+  else
+    corner_sums(window, pixels, model, sums);
 }
 
 // The window's pixels in its order. Whole 8-byte pieces where the row has them: what is too much, the next row overwrites.
@@ -172,14 +171,29 @@ bool advance(const Ldl& solver, const CornerModel& at, const CornerFitOptions& o
 
 // The step's own error: of third order in the move alone, since what is of second order is even about the corner and the
 // move's columns are odd; of second order where the columns themselves were off by the blur's or the edges' change.
-// Edges of a box have no third order: there the step must be small itself.
-bool converged(const Step& step, bool smooth) {
-  constexpr std::int64_t kWished = (1 << 16) / 8;  // what steps that far to and fro is no corner
-  const std::int64_t kMove = smooth ? kWished : (1 << 16) / 128;
+// Edges of a box have no third order, and what is cut off changes with each step: there the step must be small itself.
+bool converged(const Step& step, std::int64_t enough) {
   constexpr std::int64_t kShape = (1 << 14) / 8;
   constexpr std::int64_t kProduct = std::int64_t{1} << (16 + 14 - 9);  // 1/512 px
-  return step.wished <= kWished && step.move <= kMove && step.widen <= kShape && step.turn <= kShape &&
+  return step.wished <= kWished && step.move <= enough && step.widen <= kShape && step.turn <= kShape &&
          step.move * std::max(step.widen, step.turn) <= kProduct;
+}
+
+// Past these steps a fit of edges between sharp and smooth may go to and fro between pixels for ever.
+int patience_of(const State& state) { return state.blur < kSmoothBlur ? 9 : 5; }
+
+// The step that is small enough, Q16 px. Past the patience it doubles each time: what the fit has come to is as good as it gets.
+std::int64_t enough_at(int iteration, const State& state, const Sharpening& sharpening) {
+  const bool sharp = is_sharp(state, sharpening);
+  if (!sharp && sharpening.amount_q12 <= 0) return kWished;
+  const std::int64_t enough = (1 << 16) / (sharp ? 1024 : 256);
+  return std::min(enough << std::clamp(iteration - patience_of(state), 0, 8), kWished);
+}
+
+// How often a step is halved.
+int halvings_at(int iteration, const State& state) {
+  if (state.blur >= 2 * kSmoothBlur || iteration < patience_of(state)) return 0;
+  return 1 + (iteration - patience_of(state)) / 2;
 }
 
 // Standard deviation of a coordinate, Q12 px: the moves' covariance in blurs, turned to the image's axes.
@@ -219,7 +233,7 @@ float rows_apart(const GrayView& image, int cu, int cv, int w, const State& stat
       std::memcpy(out, image.row(cv + dv) + cu - w, static_cast<std::size_t>(side));
       out += side;
     }
-    corner_sums(corner_window_rows(w, parity), pixels.data(), model, sums[static_cast<std::size_t>(parity)]);
+    sums_of(corner_window_rows(w, parity), pixels.data(), model, state, sharpening, sums[static_cast<std::size_t>(parity)]);
   }
   const auto both = [&](CornerSums::Column a, CornerSums::Column b) {
     return static_cast<double>(sums[0].product[a][b] + sums[1].product[a][b]);
@@ -262,18 +276,16 @@ bool fit_corner(const GrayView& image, const CornerShape& start, const CornerFit
   for (; iteration < options.max_iterations; ++iteration) {
     if (std::abs(cross_q14(state.n1, state.n2)) < (1 << 14) / 4) return false;  // less than 14 degrees between the edges
     const CornerModel model = model_of(state, options.sharpening);
-    corner_sums(window, pixels.data(), model, sums);
-    resolve_centre(window, pixels.data(), model, sums);
+    sums_of(window, pixels.data(), model, state, options.sharpening, sums);
     Step step;
-    const int halvings = iteration < kPatience || state.blur >= 2 * kSmoothBlur ? 0 : 1 + (iteration - kPatience) / 2;
+    const int halvings = halvings_at(iteration, state);
     sums.product[CornerSums::kBlur][CornerSums::kBlur] += blur_damping(halvings);
     if (!solver.factor(sums.product)) return false;
     if (!advance(solver, model, options, halvings, state, step)) return false;
     if (std::abs(state.x - start_x) > max_travel || std::abs(state.y - start_y) > max_travel) return false;
     // The corner must stay well inside its window, or half the edges are not seen.
     if (std::abs(state.x) > ((w - 1) << 16) || std::abs(state.y) > ((w - 1) << 16)) return false;
-    // Between pixels a step may go to and fro for ever: what it has come to then is as good as it gets.
-    if (converged(step, state.blur >= kSmoothBlur)) break;
+    if (converged(step, enough_at(iteration, state, options.sharpening))) break;
   }
   if (iteration == options.max_iterations) return false;
   if (std::abs(cross_q14(state.n1, state.n2)) < (1 << 14) / 4) return false;
@@ -281,10 +293,10 @@ bool fit_corner(const GrayView& image, const CornerShape& start, const CornerFit
   if (state.blur >= kMaxBlurQ12 || state.contrast > kMaxContrast || state.mean < kMinMean || state.mean > kMaxMean)
     return false;
 
-  // Of a sharpened image, pixels that were cut off at black and white do not count.
+  // Of a sharpened image, pixels that were cut off at black and white do not count; overshoot fills half of a window.
   const std::int64_t pixels_used =
       sums.product[CornerSums::kMean][CornerSums::kMean] >> (2 * CornerSums::kQ[CornerSums::kMean]);
-  if (2 * pixels_used < window.size) return false;
+  if (3 * pixels_used < window.size) return false;
   const std::int64_t variance_q12 = solver.remainder(2) / (pixels_used - (CornerSums::kColumns - 1));
   const std::int64_t residual_q6 = isqrt(static_cast<std::uint64_t>(variance_q12));
   const std::int64_t contrast_q6 = state.contrast >> 10;

@@ -4,7 +4,8 @@
 //
 // Model: I(x) = m + c [E(s1) E(s2) + rho D(s1) D(s2)], s_i = n_i.(x - q) / blur, rho = n1.n2, E and D of EdgeProfile, which
 // know the lens's blur and the pixel's area. The rho term is the first order of the exact bivariate normal for edges that are
-// not perpendicular in the image. What a camera's unsharp mask adds is in the bracket too: corner_sums.hpp.
+// not perpendicular in the image. What a camera's unsharp mask adds is in the bracket too: corner_sums.hpp. Edges with less
+// blur than 0.45 px, lens and pixel together, or 0.6 px and sharpened, have a model of their own: sharp_corner.hpp.
 // Seven unknowns: q (2), the turn of each edge, m, c, blur. The model is symmetric about q, so what it leaves out
 // (saturation, higher orders of skew) blurs the levels but does not move the corner.
 // Lower bound of any estimator: optics (20).

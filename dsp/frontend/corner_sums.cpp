@@ -2,7 +2,6 @@
 #include "dsp/frontend/corner_sums.hpp"
 
 #include <algorithm>
-#include <cstdlib>
 
 #include "dsp/frontend/edge_profile.hpp"
 
@@ -112,34 +111,9 @@ bool columns_of(const CornerModel& model, Bracket here, int du, int dv, int pixe
   return true;
 }
 
-void add(const Columns& column, int sign, CornerSums& sums) {
+void add(const Columns& column, CornerSums& sums) {
   for (std::size_t a = 0; a < CornerSums::kColumns; ++a)
-    for (std::size_t b = a; b < CornerSums::kColumns; ++b) sums.product[a][b] += sign * column[a] * column[b];
-}
-
-// The mean of the four quarters' brackets, with derivatives by the whole pixel's unknowns.
-Bracket bracket_of_quarters(const CornerModel& model, int du, int dv) {
-  const CornerModel::Quarters& quarters = model.quarters;
-  std::int32_t value = 0, move1 = 0, move2 = 0, blur = 0;
-  for (const int right : {-1, 1})
-    for (const int below : {-1, 1}) {
-      std::array<CornerModel::Line, 2> across = quarters.across;
-      for (CornerModel::Line& line : across) line.at = saturate(line.at + (right * line.x + below * line.y) / 4);
-      const Bracket b = bracket(across, quarters.shape, model.rho_q15, du, dv);
-      value += b.value;
-      move1 += b.move1;
-      move2 += b.move2;
-      blur += b.blur;
-    }
-  const auto times = [](std::int32_t sum, std::int64_t factor, int q) {
-    return saturate(static_cast<int>((sum * factor) >> q));
-  };
-  Bracket mean;
-  mean.value = saturate(value / 4);
-  mean.move1 = times(move1, quarters.wider_q14, 14 + 2);
-  mean.move2 = times(move2, quarters.wider_q14, 14 + 2);
-  mean.blur = times(blur, quarters.wider_squared_q13, 13 + 2);
-  return mean;
+    for (std::size_t b = a; b < CornerSums::kColumns; ++b) sums.product[a][b] += column[a] * column[b];
 }
 
 }  // namespace
@@ -163,23 +137,10 @@ void corner_sums(const CornerWindow& window, const std::uint8_t* pixels, const C
     const int du = window.du[i], dv = window.dv[i];
     Columns column;
     if (columns_of(model, bracket(model.across, model.shape, model.rho_q15, du, dv), du, dv, pixels[i], column))
-      add(column, 1, sums);
+      add(column, sums);
   }
 }
 
 }  // namespace scalar
 
-void resolve_centre(const CornerWindow& window, const std::uint8_t* pixels, const CornerModel& model, CornerSums& sums) {
-  if (model.quarters.wider_q14 == 0) return;
-  for (int k = 0; k < window.size; ++k) {
-    const auto i = static_cast<std::size_t>(k);
-    const int du = window.du[i], dv = window.dv[i];
-    // Along either edge farther than 1 px from the corner, the other edge is not in the pixel.
-    if (std::abs(on_line(model.along[0], du, dv)) > 1024 || std::abs(on_line(model.along[1], du, dv)) > 1024) continue;
-    Columns column;
-    if (columns_of(model, bracket(model.across, model.shape, model.rho_q15, du, dv), du, dv, pixels[i], column))
-      add(column, -1, sums);
-    if (columns_of(model, bracket_of_quarters(model, du, dv), du, dv, pixels[i], column)) add(column, 1, sums);
-  }
-}
 }  // namespace srd::dsp

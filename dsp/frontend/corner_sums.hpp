@@ -34,14 +34,6 @@ struct CornerModel {
     std::array<Line, 2> across;
     std::array<std::uint8_t, 2> shape{};
   } mask;
-  // Edges nearly as sharp as a pixel: near the corner both cross the same pixels, and a product of two means is not the mean of
-  // the product. There the bracket is the mean of the pixel's four quarters', each with its own smaller box. Distances in the
-  // quarter's blur; blur over it, and that squared. wider_q14 0: not so sharp.
-  struct Quarters {
-    std::int16_t wider_q14 = 0, wider_squared_q13 = 0;
-    std::array<Line, 2> across;
-    std::array<std::uint8_t, 2> shape{};
-  } quarters;
   static constexpr std::int16_t kMostAmountQ13 = 3 << 13;
   static constexpr std::int16_t kNearlyCutOffQ6 = 12 << 6;  // grey levels
   std::int16_t rho_q15 = 0;                                 // n1.n2
@@ -57,11 +49,8 @@ struct CornerSums {
   std::array<std::array<std::int64_t, kColumns>, kColumns> product{};
 };
 
-// pixels: the window's, in its order, with room for CornerWindow::kRoom. Every pixel by the bracket of the whole pixel.
+// pixels: the window's, in its order, with room for CornerWindow::kRoom.
 void corner_sums(const CornerWindow& window, const std::uint8_t* pixels, const CornerModel& model, CornerSums& sums);
-
-// Of sums taken with this model: the pixels near the corner by their quarters, where the model has them.
-void resolve_centre(const CornerWindow& window, const std::uint8_t* pixels, const CornerModel& model, CornerSums& sums);
 
 // The definition; the other equals it bit for bit.
 namespace scalar {

@@ -69,13 +69,12 @@ class NormalEdge {
   std::array<Place, kCount + 1> at_{};
 };
 
-// The step edge of this deviation (0: sharp), integrated from 0 once and, but for a multiple of x, twice.
+// The step edge of this deviation, integrated from 0 once and, but for a multiple of x, twice.
 struct Integrals {
   double once, twice;
 };
 
 Integrals integrals(const NormalEdge& edge, double x, double deviation) {
-  if (deviation == 0) return {x < 0 ? -x : x, x < 0 ? -x * x / 2 : x * x / 2};
   const NormalEdge::Place at = edge.at(x / deviation);
   return {x * at.step + deviation * (at.slope - kRootOfTwoOverPi),
           (x * x + deviation * deviation) / 2 * at.step + deviation * x * at.slope / 2};
@@ -95,7 +94,7 @@ EdgeProfile::Value mixed_at(const NormalEdge& edge, double s, double larger, dou
   const auto at = [&](double x) { return integrals(edge, x, deviation); };
   if (smaller == 0) {
     const Integrals right = at(s + larger / 2), left = at(s - larger / 2);
-    const auto step_at = [&](double x) { return deviation == 0 ? (x > 0 ? 1.0 : -1.0) : edge.at(x / deviation).step; };
+    const auto step_at = [&](double x) { return edge.at(x / deviation).step; };
     return {rounded((right.once - left.once) / larger), rounded((step_at(s + larger / 2) - step_at(s - larger / 2)) / larger)};
   }
   const double outer = (larger + smaller) / 2, inner = (larger - smaller) / 2, area = larger * smaller;
@@ -118,13 +117,13 @@ Tables make_all() {
   for (int shape = 0; shape < EdgeProfile::kShapes; ++shape) {
     EdgeProfile::Table& table = tables[static_cast<std::size_t>(shape)];
     const int sixteenths = shape % EdgeProfile::kParts, thirds = shape / EdgeProfile::kParts;
-    const double part = sixteenths / double{EdgeProfile::kParts - 1}, ratio = thirds / double{EdgeProfile::kRatios - 1};
+    const double part = sixteenths / 16.0, ratio = thirds / double{EdgeProfile::kRatios - 1};
     if (part == 0) {
       table = EdgeProfile::table(0);
       continue;
     }
     // Two boxes w and r w have the variance (1 + r^2) w^2 / 12.
-    const double larger = root(12 * part / (1 + ratio * ratio)), deviation = part < 1 ? root(1 - part) : 0;
+    const double larger = root(12 * part / (1 + ratio * ratio)), deviation = root(1 - part);
     for (int i = 0; i < EdgeProfile::kCells; ++i)
       table[static_cast<std::size_t>(i)] = mixed_at(edge, middle(i), larger, ratio * larger, deviation);
   }

@@ -4,6 +4,8 @@
 // then, where the camera sharpens, an unsharp mask; then noise and rounding.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
@@ -30,22 +32,57 @@ struct CornerPatch {
 
 namespace patch_detail {
 
-// Gauss-Legendre of four points over a pixel; for edges sharper than that resolves, many points.
+// Gauss-Legendre of four points over a pixel; sharp edges want it over parts of the pixel, of two deviations at most.
 struct PixelSamples {
   std::vector<double> at, weight;
   explicit PixelSamples(double blur) {
-    if (blur >= 0.2) {
-      at = {-0.43056815579702629, -0.16999052179242813, 0.16999052179242813, 0.43056815579702629};
-      weight = {0.17392742256872693, 0.32607257743127307, 0.32607257743127307, 0.17392742256872693};
-      return;
-    }
-    const int n = 20;
-    for (int i = 0; i < n; ++i) {
-      at.push_back((i + 0.5) / n - 0.5);
-      weight.push_back(1.0 / n);
-    }
+    constexpr double kAt[]{-0.43056815579702629, -0.16999052179242813, 0.16999052179242813, 0.43056815579702629};
+    constexpr double kWeight[]{0.17392742256872693, 0.32607257743127307, 0.32607257743127307, 0.17392742256872693};
+    const int parts = blur >= 0.2 ? 1 : static_cast<int>(std::ceil(0.5 / blur));
+    for (int part = 0; part < parts; ++part)
+      for (int i = 0; i < 4; ++i) {
+        at.push_back((part + 0.5 + kAt[i]) / parts - 0.5);
+        weight.push_back(kWeight[i] / parts);
+      }
   }
 };
+
+// A pixel's mean of the product of two edges' signs, each edge at n.x = 0 from the pixel's centre as at + nx x + ny y: exact. Along
+// each row of the pixel the mean is linear between the rows where an edge leaves the pixel or the edges meet.
+struct SharpEdge {
+  double nx, ny, at;
+};
+
+inline double mean_of_signs(const SharpEdge& a, const SharpEdge& b) {
+  const auto sign = [](double x) { return x > 0 ? 1.0 : -1.0; };
+  std::array<double, 7> rows{-0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5};  // what is not needed stays an empty piece at the end
+  std::size_t count = 2;
+  const auto ends_at = [&](double numerator, double denominator) {
+    if (std::abs(numerator) < 0.5 * std::abs(denominator)) rows[count++] = numerator / denominator;
+  };
+  for (const SharpEdge& edge : {a, b})
+    for (const double x : {-0.5, 0.5}) ends_at(-edge.at - edge.nx * x, edge.ny);
+  ends_at(b.nx * a.at - a.nx * b.at, a.nx * b.ny - b.nx * a.ny);
+  std::sort(rows.begin(), rows.end());
+  double mean = 0;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    const double y = (rows[i - 1] + rows[i]) / 2;
+    std::array<double, 4> ends{-0.5, 0.5, 0.5, 0.5};
+    std::size_t pieces = 2;
+    for (const SharpEdge& edge : {a, b}) {
+      const double at = -edge.at - edge.ny * y;
+      if (std::abs(at) < 0.5 * std::abs(edge.nx)) ends[pieces++] = at / edge.nx;
+    }
+    std::sort(ends.begin(), ends.end());
+    double row = 0;
+    for (std::size_t k = 1; k < ends.size(); ++k) {
+      const double x = (ends[k - 1] + ends[k]) / 2;
+      row += (ends[k] - ends[k - 1]) * sign(a.at + a.nx * x + a.ny * y) * sign(b.at + b.nx * x + b.ny * y);
+    }
+    mean += (rows[i] - rows[i - 1]) * row;
+  }
+  return mean;
+}
 
 }  // namespace patch_detail
 
@@ -97,25 +134,33 @@ inline std::vector<double> render_levels(const CornerPatch& patch, int rim) {
     }
     return sum / weight;
   };
-  constexpr double kHalfPixel = std::numbers::sqrt2 / 2;  // from its middle to a corner
-  const patch_detail::PixelSamples samples(patch.blur);
+  const bool is_sharp = sigma < 1e-3;
+  const patch_detail::PixelSamples samples(is_sharp ? 1 : sigma);
+  const double reach = 0.75 + 7 * sigma;  // px, how far from its centre a pixel is touched by an edge
+  const auto pixel = [&](double u, double v) {
+    const double across1 = n1x * (u - patch.u) + n1y * (v - patch.v);
+    const double across2 = n2x * (u - patch.u) + n2y * (v - patch.v);
+    // Of the parallel edges the nearest one counts, with its sign.
+    const auto nearest = [&](double at) { return std::abs(at) > patch.square / 2 ? patch.square - std::abs(at) : at; };
+    const double near1 = nearest(across1), near2 = nearest(across2);
+    if (std::abs(near1) > reach && std::abs(near2) > reach) return sign(across1) * sign(across2);
+    if (is_sharp) {
+      const auto turn = [&](double at) { return std::abs(at) > patch.square / 2 && at > 0 ? -1.0 : 1.0; };
+      return patch_detail::mean_of_signs({turn(across1) * n1x, turn(across1) * n1y, near1},
+                                         {turn(across2) * n2x, turn(across2) * n2y, near2});
+    }
+    double mean = 0;
+    for (std::size_t j = 0; j < samples.at.size(); ++j)
+      for (std::size_t i = 0; i < samples.at.size(); ++i)
+        mean += samples.weight[i] * samples.weight[j] * level(u + samples.at[i], v + samples.at[j]);
+    return mean;
+  };
   const int side = patch.size + 2 * rim;
   std::vector<double> levels;
   levels.reserve(static_cast<std::size_t>(side * side));
   for (int row = -rim; row < patch.size + rim; ++row)
-    for (int column = -rim; column < patch.size + rim; ++column) {
-      const double across1 = n1x * (column - patch.u) + n1y * (row - patch.v);
-      const double across2 = n2x * (column - patch.u) + n2y * (row - patch.v);
-      if (is_level(across1, kHalfPixel) && is_level(across2, kHalfPixel)) {
-        levels.push_back(patch.mean + patch.contrast * sign(across1) * sign(across2));
-        continue;
-      }
-      double mean = 0;
-      for (std::size_t j = 0; j < samples.at.size(); ++j)
-        for (std::size_t i = 0; i < samples.at.size(); ++i)
-          mean += samples.weight[i] * samples.weight[j] * level(column + samples.at[i], row + samples.at[j]);
-      levels.push_back(patch.mean + patch.contrast * mean);
-    }
+    for (int column = -rim; column < patch.size + rim; ++column)
+      levels.push_back(patch.mean + patch.contrast * pixel(column, row));
   return levels;
 }
 
