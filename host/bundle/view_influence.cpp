@@ -17,12 +17,7 @@ namespace {
 
 constexpr double kUnlikely = 3.5;  // of a normal number: once in 4300
 
-struct ReducedView {
-  Eigen::MatrixXd information;
-  Eigen::VectorXd score;
-};
-
-// Normal equations of one view, its pose eliminated.
+// As ReducedView has it, about a state.
 ReducedView reduce(const BoardShape& shape, const BoardView& view, const std::vector<char>& used, const CameraOptions& options,
                    double added_px, const CameraState& state, const PoseVector& pose) {
   const bool bent = options.surface == Surface::kBent, free = options.surface == Surface::kFree;
@@ -59,6 +54,18 @@ ReducedView reduce(const BoardShape& shape, const BoardView& view, const std::ve
   return {a - b * pose_part.solve(b.transpose()), score - b * pose_part.solve(pose_score)};
 }
 
+ReducedView reduce_at(const BoardShape& shape, const BoardView& view, const std::vector<char>& used, const CameraFit& fit,
+                      const PoseVector& pose) {
+  CameraOptions options;
+  options.coefficients = fit.lens_size() - kPinhole;
+  options.surface = fit.surface;
+  CameraState state;
+  state.intrinsics = fit.intrinsics;
+  state.bend = fit.bend;
+  state.points = fit.points;
+  return reduce(shape, view, used, options, fit.added_px, state, pose);
+}
+
 // x' M^+ x over the eigenvalues that stand out of rounding, and how many these are.
 std::pair<double, int> quadratic(const Eigen::MatrixXd& m, const Eigen::VectorXd& x) {
   const Eigen::VectorXd unit = m.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
@@ -77,14 +84,11 @@ std::pair<double, int> quadratic(const Eigen::MatrixXd& m, const Eigen::VectorXd
 }  // namespace
 
 Eigen::MatrixXd view_information(const BoardShape& shape, const BoardView& view, const CameraFit& fit, const PoseVector& pose) {
-  CameraOptions options;
-  options.coefficients = fit.lens_size() - kPinhole;
-  options.surface = fit.surface;
-  CameraState state;
-  state.intrinsics = fit.intrinsics;
-  state.bend = fit.bend;
-  state.points = fit.points;
-  return reduce(shape, view, std::vector<char>(view.corners.size(), 1), options, fit.added_px, state, pose).information;
+  return reduce_at(shape, view, std::vector<char>(view.corners.size(), 1), fit, pose).information;
+}
+
+ReducedView reduced_view(const BoardShape& shape, const BoardView& view, const CameraFit& fit, std::size_t place) {
+  return reduce_at(shape, view, fit.views[place].used, fit, fit.views[place].pose);
 }
 
 Influences influences(const BoardShape& shape, const std::vector<BoardView>& views, const CameraOptions& options,

@@ -24,6 +24,15 @@ struct Influences {
   double significant = 1;  // what pure noise exceeds once in 4000 times
 };
 
+// Normal equations of one view for lens and bend, its pose eliminated, for residuals of unit variance.
+struct ReducedView {
+  Eigen::MatrixXd information;
+  Eigen::VectorXd score;  // Jacobian' residual
+};
+
+// At a fit, with the corners that it uses. place: the view's there.
+[[nodiscard]] ReducedView reduced_view(const BoardShape& shape, const BoardView& view, const CameraFit& fit, std::size_t place);
+
 // A view's information on lens and bend, for residuals of unit variance, its pose eliminated.
 [[nodiscard]] Eigen::MatrixXd view_information(const BoardShape& shape, const BoardView& view, const CameraFit& fit,
                                                const PoseVector& pose);

@@ -23,6 +23,7 @@ struct SightedBoard {
   bundle::BoardView view;     // rows and columns counted from the grid's own first corner
   int rows = 0, columns = 0;  // of the grid; less than the board's where it is partly seen
   int threshold = 0;          // that found it
+  std::size_t number = 0;     // among the images, in their order
   [[nodiscard]] bool whole_extent(const bundle::BoardShape& board) const {
     return rows == board.rows && columns == board.columns;
   }

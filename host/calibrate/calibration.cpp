@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/calibrate/calibration.hpp"
 
+#include <algorithm>
+#include <numeric>
+
 #include "drivers/support/formatted.hpp"
 #include "host/bundle/resection.hpp"
 #include "host/calibrate/judgement.hpp"
@@ -11,6 +14,14 @@ namespace {
 
 constexpr std::size_t kMinFreeViews = 12;
 constexpr int kMapColumns = 33, kMapRows = 19;
+
+// Indices of the views in the order of their images: parts of a board stand behind the whole ones.
+std::vector<std::size_t> taken_order(const std::vector<SightedBoard>& sighted) {
+  std::vector<std::size_t> order(sighted.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return sighted[a].number < sighted[b].number; });
+  return order;
+}
 
 }  // namespace
 
@@ -45,6 +56,7 @@ Outcome<CalibrationResult> calibrate_boards(const CalibratePlan& plan, std::vect
   result.board = plan.board;
   result.width = sighted.front().width;
   result.height = sighted.front().height;
+  for (std::size_t i = 0; i < sighted.size(); ++i) sighted[i].number = i;
   std::vector<SightedBoard> parts;
   for (SightedBoard& board : sighted) {
     if (!board.whole_extent(plan.board)) {
@@ -83,6 +95,7 @@ Outcome<CalibrationResult> calibrate_boards(const CalibratePlan& plan, std::vect
   auto fit = solve(plan.camera);
   if (!fit) return fit.error();
   result.fit = std::move(*fit);
+  result.zoom = bundle::find_zoom_change(result.board, result.views, result.fit, taken_order(result.sighted));
   result.coverage = coverage_of(result);
   result.next = bundle::next_view(result.board, result.views, result.fit, result.width, result.height);
   if (auto good = check_fit(result); !good) return good.error();

@@ -8,6 +8,7 @@
 #include "host/bundle/model_check.hpp"
 #include "host/bundle/projection_uncertainty.hpp"
 #include "host/bundle/view_advice.hpp"
+#include "host/bundle/zoom_change.hpp"
 #include "host/calibrate/options.hpp"
 
 namespace srd::host {
@@ -28,6 +29,7 @@ struct CalibrationResult {
   std::vector<bundle::BoardView> views;
   bundle::CameraFit fit;
   bundle::ModelCheck check;
+  std::optional<bundle::ZoomChange> zoom;
   Coverage coverage;
   std::vector<bundle::UncertaintyMap> maps;  // at the board's usual distance, half and twice of it
   bundle::NextView next;

@@ -18,6 +18,8 @@ constexpr double kDegrees = 57.29577951308232;
 constexpr double kMinExtent = 0.12;      // of the image's width: smaller boards tell nothing of the lens
 constexpr double kFrontal = 8;           // degrees: a board tilted less does not tell focal length from distance
 constexpr double kMaxFocalError = 0.02;  // of the focal length: beyond, no calibration but a guess
+constexpr double kMaxZoom = 1e-3;        // of the focal length: less is what warmth and gravity do to a lens
+constexpr double kManyLeftOut = 0.3;     // of a view's corners: no stray ones
 constexpr double kMaxRms = 3;            // px: corners of one camera and one board leave far less
 
 std::string size_text(int width, int height) { return std::to_string(width) + " x " + std::to_string(height) + " px"; }
@@ -31,6 +33,18 @@ double extent_of(const SightedBoard& board) {
     high_v = std::max(high_v, corner.pixel.y());
   }
   return std::max(high_u - low_u, high_v - low_v) / board.width;
+}
+
+std::string zoom_text(const CalibrationResult& result) {
+  const bundle::ZoomChange& zoom = *result.zoom;
+  std::vector<std::pair<std::size_t, std::string>> names;
+  for (const SightedBoard& view : result.sighted) names.emplace_back(view.number, view.view.name);
+  std::sort(names.begin(), names.end());
+  return "from about " + names[zoom.from].second +
+         formatted(
+             " on the focal length is %.2f %% +- %.2f %% %s (chi-square %.0f; in 999 of 1000 sets chance stays below %.0f)",
+             100 * std::abs(zoom.part), 100 * zoom.deviation, zoom.part > 0 ? "longer" : "shorter", zoom.chi_square,
+             zoom.limit);
 }
 
 double tilt_of(const bundle::PoseVector& pose) {
@@ -121,6 +135,15 @@ Outcome<void> check_views(const bundle::BoardShape& board, const std::vector<Sig
 
 Outcome<void> check_fit(const CalibrationResult& result) {
   const bundle::CameraFit& fit = result.fit;
+  if (result.zoom && result.zoom->found() && std::abs(result.zoom->part) > kMaxZoom)
+    return Problem{
+        Exit::kInput,
+        "zoom or focus was changed among the images",
+        "the images",
+        "one focal length in all of them",
+        zoom_text(result),
+        "take all images with zoom and focus fixed (automatic focus off, the rings taped), or calibrate those before "
+        "the change and those behind it each for themselves"};
   if (result.coverage.most_tilt < kFrontal)
     return Problem{
         Exit::kInput,
@@ -173,6 +196,8 @@ std::vector<std::string> remarks(const CalibrationResult& result) {
                   "columns' (chi-square %.0f, chance stays below %.0f). ",
                   check.bend.x(), check.bend.y(), check.bend_significance, check.bend_limit) +
         "Estimate the bend too (--surface bent).");
+  if (result.zoom && result.zoom->found())
+    list.push_back("The focal length is not the same in all images: " + zoom_text(result) + ".");
   if (!check.halves_agree())
     list.push_back(
         formatted("The model does not fit: two halves of the views contradict each other (chi-square %.0f, chance stays "
@@ -193,6 +218,13 @@ std::vector<std::string> remarks(const CalibrationResult& result) {
   for (std::size_t i = 0; i < fit.views.size(); ++i) {
     const bundle::ViewFit& view = fit.views[i];
     const double growth = fit.views_contradict ? std::sqrt(fit.view_factor) : 1;
+    const auto left_out = std::count(view.used.begin(), view.used.end(), char{0});
+    if (static_cast<double>(left_out) > kManyLeftOut * static_cast<double>(view.used.size())) {
+      list.push_back(result.views[i].name + " contradicts the other images: " + std::to_string(left_out) + " of its " +
+                     std::to_string(view.used.size()) +
+                     " corners are left out. Another zoom or focus, another board, or one that moved?");
+      continue;
+    }
     if (view.contradiction > 3 * std::max(fit.view_factor, 1.0) && view.moved > 2 * growth)
       list.push_back(result.views[i].name +
                      formatted(" harms: without it a parameter moves by %.1f of its errors. Look at it, or "

@@ -97,5 +97,21 @@ TEST_F(SlowCalibrateLab, WritesWhatIsReadAgain) {
   fs::remove_all(out);
 }
 
+// The same corners with another zoom from the ninth image on. These views contradict each other by more than their noise, so a
+// change has to be larger to be told than of a stiff board.
+TEST_F(SlowCalibrateLab, AZoomThatIsChangedAmongTheseImagesIsRefused) {
+  for (const double part : {0.1, -0.1}) {
+    std::vector<SightedBoard> boards = result_->sighted;
+    for (std::size_t i = 8; i < boards.size(); ++i)
+      for (bundle::ViewCorner& corner : boards[i].view.corners)
+        corner.pixel = (1 + part) * corner.pixel - part * Eigen::Vector2d(957, 570);
+    const auto refused = calibrate_boards(plan_, std::move(boards), {});
+    ASSERT_FALSE(refused.ok()) << part;
+    const std::string text = refused.error().text();
+    EXPECT_NE(text.find("zoom or focus was changed"), std::string::npos) << text;
+    EXPECT_NE(text.find(part > 0 ? "longer" : "shorter"), std::string::npos) << text;
+  }
+}
+
 }  // namespace
 }  // namespace srd::host
