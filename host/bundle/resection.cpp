@@ -51,11 +51,12 @@ Result<Resection> resect(const BoardShape& shape, const BoardView& view, const C
 }
 
 Result<BoardView> place_part(const BoardShape& shape, const BoardView& part, int part_rows, int part_columns,
-                             const CameraFit& fit) {
+                             const CameraFit& fit, std::optional<bool> odd) {
   BoardView best;
   double least = 0;
   for (int row = 0; row + part_rows <= shape.rows; ++row)
     for (int column = 0; column + part_columns <= shape.columns; ++column) {
+      if (odd && *odd != ((row + column) % 2 != 0)) continue;
       BoardView moved = part;
       for (ViewCorner& corner : moved.corners) {
         corner.row += row;

@@ -14,6 +14,7 @@ constexpr int kMaxCorners = 16384;
 constexpr int kMinSide = 4;         // corners: a part of a board that is smaller may be anything
 constexpr double kMinSigma = 1e-3;  // px: a corner is not known better than its pixels' own places
 constexpr double kSigmaUnit = 4096;
+constexpr double kAgree = 0.9;  // of a board's corners, on the colour of its first square
 
 // As --board has it: along and across.
 std::string grid_text(int rows, int columns) { return std::to_string(columns) + " x " + std::to_string(rows); }
@@ -33,14 +34,21 @@ void take(const dsp::CornerGrid& grid, std::span<const dsp::CornerFit> corners, 
   board.rows = on_its_side ? grid.columns : grid.rows;
   board.columns = on_its_side ? grid.rows : grid.columns;
   board.view.corners.clear();
+  std::size_t bright = 0;
   for (int r = 0; r < board.rows; ++r)
     for (int c = 0; c < board.columns; ++c) {
       const int cell = on_its_side ? grid.at(grid.rows - 1 - c, r) : grid.at(r, c);
       if (cell < 0) continue;
-      const dsp::Corner& corner = corners[static_cast<std::size_t>(cell)].corner;
+      const dsp::CornerFit& fit = corners[static_cast<std::size_t>(cell)];
+      // Squares alternate from cell to cell; a quarter turn exchanges the four at a corner.
+      if (dsp::GridLabeller::bright_below_right(fit) != (((r + c) % 2 != 0) != on_its_side)) ++bright;
+      const dsp::Corner& corner = fit.corner;
       board.view.corners.push_back(
           {r, c, {corner.u.to<double>(), corner.v.to<double>()}, std::max(corner.sigma_q12 / kSigmaUnit, kMinSigma)});
     }
+  // Of a board that lies at half a right angle, perspective makes some corners' edges change names.
+  const double share = static_cast<double>(bright) / static_cast<double>(std::max<std::size_t>(board.view.corners.size(), 1));
+  board.bright_first = share >= kAgree ? std::optional(true) : share <= 1 - kAgree ? std::optional(false) : std::nullopt;
 }
 
 bool is_part(int rows, int columns, const bundle::BoardShape& board) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,11 +20,12 @@ struct BoardSearch {
 
 struct SightedBoard {
   std::filesystem::path file;
-  int width = 0, height = 0;  // of the image, px
-  bundle::BoardView view;     // rows and columns counted from the grid's own first corner
-  int rows = 0, columns = 0;  // of the grid; less than the board's where it is partly seen
-  int threshold = 0;          // that found it
-  std::size_t number = 0;     // among the images, in their order
+  int width = 0, height = 0;           // of the image, px
+  bundle::BoardView view;              // rows and columns counted from the grid's own first corner
+  int rows = 0, columns = 0;           // of the grid; less than the board's where it is partly seen
+  int threshold = 0;                   // that found it
+  std::optional<bool> bright_first{};  // the square between more rows and more columns at the first cell; nothing: unclear
+  std::size_t number = 0;              // among the images, in their order
   [[nodiscard]] bool whole_extent(const bundle::BoardShape& board) const {
     return rows == board.rows && columns == board.columns;
   }

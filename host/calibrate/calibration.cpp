@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <numeric>
+#include <optional>
+#include <span>
 
 #include "drivers/support/formatted.hpp"
 #include "host/bundle/resection.hpp"
@@ -21,6 +23,19 @@ std::vector<std::size_t> taken_order(const std::vector<SightedBoard>& sighted) {
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return sighted[a].number < sighted[b].number; });
   return order;
+}
+
+// What the colours say of where a part belongs: by an odd number of rows and columns together, or by an even one. A board with
+// one even and one odd side looks the other way round after half a turn, so there they say nothing; nor where views contradict.
+std::optional<bool> odd_move(const bundle::BoardShape& board, std::span<const SightedBoard> whole, const SightedBoard& part) {
+  if ((board.rows + board.columns) % 2 != 0 || !part.bright_first) return std::nullopt;
+  std::optional<bool> bright;
+  for (const SightedBoard& view : whole) {
+    if (!view.bright_first) continue;
+    if (bright && *bright != *view.bright_first) return std::nullopt;
+    bright = view.bright_first;
+  }
+  return bright ? std::optional(*bright != *part.bright_first) : std::nullopt;
 }
 
 }  // namespace
@@ -71,12 +86,14 @@ Outcome<CalibrationResult> calibrate_boards(const CalibratePlan& plan, std::vect
   };
   if (!parts.empty()) {
     // Which corners of the board a part shows, the calibration from the whole ones says.
+    const std::size_t whole_ones = result.sighted.size();
     bundle::CameraOptions first = plan.camera;
     if (first.surface == bundle::Surface::kFree) first.surface = bundle::Surface::kBent;
     const auto whole = solve(first);
     if (!whole) return whole.error();
     for (SightedBoard& part : parts) {
-      auto view = bundle::place_part(plan.board, part.view, part.rows, part.columns, *whole);
+      auto view = bundle::place_part(plan.board, part.view, part.rows, part.columns, *whole,
+                                     odd_move(plan.board, std::span(result.sighted).first(whole_ones), part));
       if (!view) {
         warnings.push_back(part.view.name + " is left out: its part of the board fits nowhere.");
         continue;

@@ -111,6 +111,38 @@ TEST(Calibrate, APartOfTheBoardServesAtItsPlace) {
   EXPECT_LT(result->fit.stated_ratio, 1.1);
 }
 
+// A flat board looks the same from a square on, so its views leave open where a part belongs; colours say by how much at least:
+// a whole number of squares that keeps them.
+TEST(Calibrate, APartOfAFlatBoardKeepsItsColours) {
+  const DrawnCamera camera;
+  auto boards = sighted(camera, draw(camera, 14));
+  constexpr int kRow = 1, kColumn = 4;
+  for (std::size_t i = 0; i < boards.size(); ++i) {
+    boards[i].bright_first = true;
+    if (i < 8) continue;
+    auto& corners = boards[i].view.corners;
+    std::erase_if(corners, [](const auto& corner) { return corner.column < kColumn || corner.row < kRow; });
+    for (auto& corner : corners) {
+      corner.column -= kColumn;
+      corner.row -= kRow;
+    }
+    boards[i].rows -= kRow;
+    boards[i].columns -= kColumn;
+    boards[i].bright_first = false;
+  }
+  const auto result = calibrate_boards(plan_of(camera), std::move(boards), {});
+  ASSERT_TRUE(result.ok()) << result.error().text();
+  ASSERT_EQ(result->views.size(), 14u);
+  for (std::size_t i = 8; i < 14; ++i) {
+    int row = camera.board.rows, column = camera.board.columns;
+    for (const auto& corner : result->views[i].corners) {
+      row = std::min(row, corner.row);
+      column = std::min(column, corner.column);
+    }
+    EXPECT_EQ((row + column) % 2, (kRow + kColumn) % 2) << result->views[i].name;
+  }
+}
+
 TEST(Calibrate, TheNextViewTellsWhatItPromises) {
   const DrawnCamera camera;
   auto views = draw(camera, 8);
