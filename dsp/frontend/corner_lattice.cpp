@@ -404,7 +404,7 @@ void CornerLattice::release(std::size_t node) {
 
 void CornerLattice::rebuild_table() {
   std::size_t size = 16;
-  while (size < 8 * corners_) size *= 2;
+  while (size < 4 * nodes_.size()) size *= 2;
   mask_ = size - 1;
   table_.assign(size, {0, -1});
   for (std::size_t i = 0; i < places_.size(); ++i)

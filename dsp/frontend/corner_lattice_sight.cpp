@@ -114,6 +114,7 @@ bool CornerLattice::sight_at(CornerLinks& links, std::size_t from, int direction
   misfit_.push_back(0);
   distance_.push_back(0);
   refused_.push_back(0);
+  if (2 * nodes_.size() > table_.size()) rebuild_table();
   settle(nodes_.size() - 1, place);
   return true;
 }

@@ -119,6 +119,33 @@ TEST(BoardFinder, GoesOnAcrossSqueezedSquares) {
   }
 }
 
+// A few corners above a high threshold in a large faint board: many more are sighted than were detected.
+TEST(BoardFinder, FewDetectedCornersLeadToManySightedOnes) {
+  const Print print{.rows = 25, .columns = 30, .square = 20};
+  std::vector<std::uint8_t> pixels = print.render();
+  for (int v = 0; v < print.height(); ++v)
+    for (int u = 0; u < print.width(); ++u) {
+      const bool lit = std::abs(u - print.width() / 2) < 50 && std::abs(v - print.height() / 2) < 50;
+      std::uint8_t& pixel = pixels[static_cast<std::size_t>(v * print.width() + u)];
+      if (!lit) pixel = static_cast<std::uint8_t>(100 + pixel / 5);
+    }
+  BoardFinder finder(print.width(), print.height(), 4000);
+  DetectorOptions options;
+  options.threshold = 300;
+  const auto grid = finder.find({pixels.data(), print.width(), print.height(), print.width()}, options);
+  ASSERT_TRUE(grid.ok());
+  EXPECT_GE(grid->found, 16);
+  // Counted from the grid's own first corner.
+  std::vector<Eigen::Vector2d> shifts;
+  for (int r = 0; r < grid->rows; ++r)
+    for (int c = 0; c < grid->columns; ++c)
+      if (grid->at(r, c) >= 0) {
+        const Corner& corner = finder.corners()[static_cast<std::size_t>(grid->at(r, c))].corner;
+        shifts.push_back(print.board_of(corner.u.to<double>(), corner.v.to<double>()) - Eigen::Vector2d(c, r));
+      }
+  for (const Eigen::Vector2d& shift : shifts) EXPECT_LT((shift - shifts.front()).norm(), 0.2);
+}
+
 TEST(BoardFinder, SquaresOfTheAnnouncedSizeAreSearchedOnce) {
   const Print print{.rows = 9, .columns = 12, .square = 14};
   expect_whole(print, 108, 0.05);
