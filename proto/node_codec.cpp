@@ -194,6 +194,37 @@ Result<std::size_t> encode(const BootId& from, std::uint64_t sequence, const Coe
   return write(datagram, out);
 }
 
+std::size_t most_frame_bytes(const dsp::ModeList& modes) {
+  constexpr std::array<char, NodeId::kMaxLength + 1> kLongest = [] {
+    std::array<char, NodeId::kMaxLength + 1> name{};
+    for (std::size_t i = 0; i < NodeId::kMaxLength; ++i) name[i] = 'n';
+    return name;
+  }();
+  CoefficientFrame frame;
+  frame.stamp = {-1, ClockId::kRecording, -1, ~std::uint64_t{0}};
+  frame.status = FrameStatus::kInterlaced;
+  frame.model = {modes, 1, 1, 1, 1};
+  frame.centre_x_mm = frame.centre_y_mm = frame.pattern_x_mm = frame.pattern_y_mm = 1;
+  frame.coefficients.setConstant(modes.size(), 1);
+  frame.information.size = modes.size();
+  frame.information.scale.fill(1);
+  frame.information.entries.fill(1);
+  frame.metric = dsp::Metric::kCollinearity;
+  frame.mean_error = frame.reprojection_rms_px = 1;
+  frame.stop = dsp::Stop::kOutOfDomain;
+  frame.at_bound = true;
+  frame.strobe = StrobePhase::kDark;
+  frame.source_sequence = ~std::uint64_t{0};
+  for (std::uint32_t* count :
+       {&frame.iterations, &frame.corners_expected, &frame.corners_found, &frame.corners_used, &frame.exposure_us,
+        &frame.dropped_before, &frame.detection_us, &frame.estimation_us, &frame.total_us})
+    *count = ~std::uint32_t{0};
+  std::array<std::uint8_t, kMaxEncoded> out;
+  const auto bytes =
+      encode({*NodeId::make({kLongest.data(), NodeId::kMaxLength}), ~std::uint64_t{0}}, kMaxSequence, frame, out);
+  return bytes ? *bytes : kMaxEncoded;
+}
+
 Result<std::size_t> encode(const BootId& from, std::uint64_t sequence, const NodeStatus& status, std::span<std::uint8_t> out) {
   if (!valid(NodeHeader{from, sequence, 0}) || !valid(status)) return Errc::kInvalidArgument;
   srd_wire_NodeDatagram datagram = start(from, sequence, status.stamp);

@@ -20,6 +20,9 @@ inline constexpr std::size_t kSealBytes = 11 + kMostEndBytes;
 // No encoded message is longer.
 inline constexpr std::size_t kMaxEncoded = kMaxDatagram - kSealBytes;
 
+// No frame of these modes is longer when it is encoded.
+[[nodiscard]] std::size_t most_frame_bytes(const dsp::ModeList& modes);
+
 // Bytes written. kInvalidArgument when the message breaks a bound, kTooSmall when it does not fit out (kMaxEncoded always
 // suffices). sequence as in NodeHeader.
 [[nodiscard]] Result<std::size_t> encode(const BootId& from, std::uint64_t sequence, const CoefficientFrame& frame,

@@ -36,6 +36,15 @@ void read_node(TomlTable node, const std::filesystem::path& folder, NodeConfig& 
   if (auto state = node.text("state")) config.state = folder / *state;
 }
 
+void read_transmit(TomlTable transmit, const std::filesystem::path& folder, NodeConfig& config) {
+  auto spill = transmit.text("spill");
+  if (!spill) return;
+  if (spill->empty())
+    transmit.complain("spill", "a folder", "\"\"", "leave the key out to keep frames in memory alone");
+  else
+    config.spill = folder / *spill;
+}
+
 void read_geometry(TomlTable geometry, NodeConfig& config) {
   set(config.calibration, geometry.text("calibration"));
   set(config.pose, geometry.text("pose"));
@@ -170,6 +179,7 @@ Outcome<NodeConfig> NodeConfig::read(const TomlFile& toml, const std::filesystem
   config.file = file;
   TomlTable root = toml.root();
   read_node(root.table("node"), file.parent_path(), config);
+  read_transmit(root.table("transmit"), file.parent_path(), config);
   read_camera(root.table("camera"), file.parent_path(), config);
   config.strobe = read_strobe(root.table("strobe"), {config.frame_rate_hz, config.live.exposure_us, config.live.shutter,
                                                      config.live.readout_us, config.live.trigger_input});

@@ -36,6 +36,7 @@ struct NodeConfig {
   std::string host;                // ADDR:PORT; empty: nothing is sent
   std::filesystem::path key;       // file of the node's key; empty: the link has no keys
   std::size_t ring_frames = 10000;
+  std::filesystem::path spill;  // folder for frames that the host does not have; empty: they are in memory alone
   std::filesystem::path state;  // folder for how the last run ended; empty: what the service manager gives
 
   std::optional<CameraSource> camera;

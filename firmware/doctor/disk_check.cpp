@@ -8,6 +8,7 @@
 
 #include "drivers/support/unique_fd.hpp"
 #include "firmware/doctor/doctor.hpp"
+#include "proto/node_codec.hpp"
 
 namespace srd::firmware {
 
@@ -48,7 +49,23 @@ double camera_rate(const NodeConfig& config) {
 
 }  // namespace
 
+// A spill takes all of its room at the start.
+static void check_spill(const NodeConfig& config, Diagnosis& diagnosis) {
+  if (config.spill.empty()) return;
+  const std::filesystem::path folder = nearest_folder(config.spill);
+  const std::uint64_t bytes = config.ring_frames * (proto::most_frame_bytes(config.modes) + 64);
+  std::error_code error;
+  const std::uint64_t free = std::filesystem::space(folder, error).available;
+  if (error || free < bytes || ::access(folder.c_str(), W_OK) != 0)
+    diagnosis.fail(Exit::kInput, "spill",
+                   folder.string() + ": " + (error ? error.message() : std::to_string(free >> 20) + " MiB free"),
+                   "a folder that the node's user may write, with " + std::to_string((bytes >> 20) + 1) + " MiB of room");
+  else
+    diagnosis.ok("spill", config.spill.string() + ": " + std::to_string(config.ring_frames) + " frames");
+}
+
 void check_disk(const NodeConfig& config, const DoctorOptions& options, Diagnosis& diagnosis) {
+  check_spill(config, diagnosis);
   if (config.recording.folder.empty()) {
     diagnosis.ok("disk", "nothing is recorded");
     return;

@@ -19,6 +19,10 @@ void Notices::watch_stamps(const Camera& camera) {
 }
 
 void Notices::watch_host(const Transmitter& transmitter) {
+  if (const std::string spill = transmitter.spill_problem(); !spill.empty() && !spill_told_) {
+    spill_told_ = true;
+    notify_("note      the spill's disk takes no frames: " + spill + "; they are kept in memory\n");
+  }
   if (const std::string address = transmitter.host_address(); address != address_told_) {
     address_told_ = address;
     notify_("host      " + address + "\n");

@@ -26,7 +26,7 @@ class Notices {
 
  private:
   const Notify& notify_;
-  bool recorder_told_ = false, stamps_told_ = false, host_missing_ = false;
+  bool recorder_told_ = false, stamps_told_ = false, host_missing_ = false, spill_told_ = false;
   std::string address_told_;
 };
 

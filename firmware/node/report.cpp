@@ -29,6 +29,9 @@ std::string RunReport::text() const {
   if (sent)
     out << "sent      " << transmitter.counts.datagrams << " datagrams, " << transmitter.counts.resent << " again, "
         << transmitter.counts.lost << " frames lost, " << transmitter.unacknowledged << " not acknowledged\n";
+  if (transmitter.spill.written + transmitter.spilled > 0)
+    out << "spill     " << transmitter.spilled << " frames stay on the disk for the next start; "
+        << transmitter.spill.written_bytes << " bytes written, " << transmitter.spill.syncs << " syncs\n";
   return out.str();
 }
 

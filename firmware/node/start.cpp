@@ -43,6 +43,7 @@ Outcome<std::unique_ptr<Transmitter>> start_transmitter(const NodeConfig& config
   options.sender.ring_frames = config.ring_frames;
   options.sender.ring_bytes = config.ring_frames * 600;  // a frame of 12 parameters takes 490 bytes
   options.sender.overwrite = camera.live();
+  options.spill = {.folder = config.spill, .frames = config.ring_frames, .frame_bytes = proto::most_frame_bytes(config.modes)};
   return Transmitter::start(options);
 }
 
@@ -90,6 +91,7 @@ Outcome<StartedNode> start_node(const NodeConfig& config, Instrument& instrument
   auto transmitter = start_transmitter(config, *instrument.camera);
   if (!transmitter) return transmitter.error();
   node.transmitter = std::move(*transmitter);
+  if (node.transmitter && !node.transmitter->spill_note().empty()) notify("spill     " + node.transmitter->spill_note() + "\n");
   auto recording = start_recording(config, instrument);
   if (!recording) return recording.error();
   node.recording = std::move(*recording);

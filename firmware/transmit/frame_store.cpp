@@ -33,6 +33,11 @@ bool FrameStore::append(std::span<const std::uint8_t> encoded) {
   return true;
 }
 
+void FrameStore::append_gap() {
+  slot(next_) = FrameSlot{.offset = head_, .delivery = Delivery::kDone};
+  ++next_;
+}
+
 std::uint64_t FrameStore::sequence_at(std::uint32_t slot_index) const {
   const std::uint32_t first = index(oldest_);
   const std::size_t ahead = slot_index >= first ? slot_index - first : slot_index + frames_ - first;

@@ -44,6 +44,10 @@ class FrameStore {
   [[nodiscard]] bool fits(std::size_t bytes) const { return place(bytes) != kNowhere; }
   // False when it does not fit. Its number is the next() from before.
   bool append(std::span<const std::uint8_t> encoded);
+  // A number without a frame: it is kDone.
+  void append_gap();
+  // The number of the first frame of an empty store.
+  void begin_at(std::uint64_t sequence) { oldest_ = next_ = sequence; }
   // The store is not empty.
   void drop_oldest() { ++oldest_; }
 

@@ -37,9 +37,27 @@ bool Sender::push(const CoefficientFrame& frame) {
     ++counts_.refused;
     return false;
   }
+  if (spill_ != nullptr) spill_->put(store_.next() - 1, std::span(encoded_).first(*size));
   ++counts_.frames;
   ++unacknowledged_;
   return true;
+}
+
+void Sender::restore(const SpilledFrames& spilled) {
+  if (spilled.frames.empty()) return;
+  // Below the first one everything is in the host's record, or was overwritten, which the file says.
+  store_.begin_at(spilled.frames.front().sequence);
+  next_unsent_ = store_.oldest();
+  status_.lost_ranges = spilled.lost;
+  for (const proto::SequenceRange& range : spilled.lost) counts_.lost += range.size();
+  for (const SpilledFrames::Frame& frame : spilled.frames) {
+    for (; store_.next() < frame.sequence; store_.append_gap()) announce_lost(store_.next());
+    if (!store_.append(frame.encoded)) return;
+    ++counts_.frames;
+    ++unacknowledged_;
+  }
+  status_.state = proto::NodeState::kStopping;
+  restored_ = true;
 }
 
 void Sender::make_room(std::size_t bytes) {
@@ -54,6 +72,7 @@ void Sender::make_room(std::size_t bytes) {
     store_.drop_oldest();
   }
   next_unsent_ = std::max(next_unsent_, store_.oldest());
+  if (spill_ != nullptr) spill_->release(store_.oldest(), status_.lost_ranges);
 }
 
 void Sender::announce_lost(std::uint64_t sequence) {
@@ -102,16 +121,21 @@ std::span<const std::uint8_t> Sender::next(std::int64_t now) {
     return hello;
   }
   if (!link_.open()) return {};
-  const std::int64_t interval = stopping_ ? timing_.stopping_status_interval : timing_.status_interval;
+  const bool unheard = restored_ && !heard_;
+  const std::int64_t interval = stopping_ || unheard ? timing_.stopping_status_interval : timing_.status_interval;
   if (!status_sent_ || now - status_ns_ >= interval) return status(now);
+  if (unheard) return {};
   expire(now);
   if (in_flight_ >= window_) return {};
+  // Of a restored boot there are gaps, and frames that the host has from before.
+  while (next_unsent_ < store_.next() && store_.slot(next_unsent_).delivery != Delivery::kUnsent) ++next_unsent_;
   const bool fresh = next_unsent_ < store_.next();
   const bool overdue = list_head_ != FrameSlot::kNone && list_head_ != first_in_flight_;
   if (!fresh && !overdue) return {};
   const bool resend = overdue && (!fresh || resend_next_);
   resend_next_ = !resend;
-  return send_frame(resend ? store_.sequence_at(list_head_) : next_unsent_++, now);
+  if (resend) return send_frame(store_.sequence_at(list_head_), now);
+  return send_frame(next_unsent_++, now);
 }
 
 std::span<const std::uint8_t> Sender::send_frame(std::uint64_t sequence, std::int64_t now) {
@@ -175,7 +199,7 @@ void Sender::receive(std::span<const std::uint8_t> datagram, std::int64_t now) {
     return;
   }
   const auto heard = link_.open() ? proto::decode_acknowledgement(datagram, link_.key()) : std::nullopt;
-  if (!heard || heard->of != from_ || heard->known_end > next_unsent_) {
+  if (!heard || heard->of != from_ || heard->known_end > (restored_ ? store_.next() : next_unsent_)) {
     ++counts_.ignored;
     return;
   }
@@ -246,6 +270,7 @@ void Sender::mark_missing(std::uint64_t begin, std::uint64_t end, std::int64_t n
 void Sender::release_done() {
   while (!store_.empty() && store_.slot(store_.oldest()).delivery == Delivery::kDone) store_.drop_oldest();
   next_unsent_ = std::max(next_unsent_, store_.oldest());
+  if (spill_ != nullptr) spill_->release(store_.oldest(), status_.lost_ranges);
 }
 
 // Oldest first, or nearly: the host can record nothing before the oldest. After an outage the list is long, and a frame

@@ -16,6 +16,7 @@
 
 #include "firmware/transmit/frame_store.hpp"
 #include "firmware/transmit/link_key.hpp"
+#include "firmware/transmit/spill.hpp"
 #include "proto/messages.hpp"
 #include "proto/node_codec.hpp"
 
@@ -56,6 +57,11 @@ struct SenderCounts {
 class Sender {
  public:
   explicit Sender(const SenderOptions& options);
+
+  // Frames are kept in this file too; it outlives the sender. Before the first push.
+  void keep_in(SpillFile* spill) { spill_ = spill; }
+  // What a file kept of a boot, in place of pushing: numbers that are not there are announced as lost. The ring holds it.
+  void restore(const SpilledFrames& spilled);
 
   // True when push would have to overwrite a frame.
   [[nodiscard]] bool full() const { return !store_.fits(proto::kMaxEncoded); }
@@ -107,6 +113,7 @@ class Sender {
   proto::BootId from_;
   SenderTiming timing_;
   LinkKey link_;
+  SpillFile* spill_ = nullptr;
   std::uint32_t window_;
   bool overwrite_;
   FrameStore store_;
@@ -128,6 +135,7 @@ class Sender {
   bool status_sent_ = false;
   std::int64_t status_ns_ = 0;
   bool stopping_ = false;
+  bool restored_ = false;  // no frame before the host has heard by a status that this boot measures no more
   std::int64_t stopped_ns_ = 0;
 
   SenderCounts counts_;

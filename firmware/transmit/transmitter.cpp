@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kTurn{2};
 constexpr int kMaxPerTurn = 32;                     // datagrams: a burst that the host's socket buffer holds
+constexpr int kMaxOldPerTurn = 4;                   // of earlier runs
 constexpr std::chrono::seconds kAgain{1};           // between two tries to reach the host, or to learn its address
 constexpr std::int64_t kRefusedAgain = 50'000'000;  // ns; the least time at an address where nobody listens
 constexpr std::int64_t kSilent = 5'000'000'000;     // ns; before the others of a host that was heard are tried
@@ -27,6 +28,7 @@ Outcome<std::unique_ptr<Transmitter>> Transmitter::start(const TransmitterOption
   if (!host) return host.error();
   std::unique_ptr<Transmitter> made(new Transmitter(options));
   const StopSignalsBlocked blocked;
+  made->open_spill(options);
   const auto numeric = Address::numeric(*host);
   if (numeric) made->hosts_ = {*numeric};
   if (!numeric) {
@@ -42,6 +44,23 @@ Outcome<std::unique_ptr<Transmitter>> Transmitter::start(const TransmitterOption
   return made;
 }
 
+// A disk that takes nothing does not stop the measurement.
+void Transmitter::open_spill(const TransmitterOptions& options) {
+  if (options.spill.folder.empty()) return;
+  auto earlier = SpillFile::read_all(options.spill.folder);
+  const std::uint64_t generation = earlier.empty() ? 1 : earlier.back().generation + 1;
+  old_boots_ = OldBoots(std::move(earlier), options.sender);
+  spill_note_ = old_boots_.summary();
+  auto spill = SpillFile::create(options.spill, options.sender.from, generation);
+  if (spill) {
+    spill_ = std::move(*spill);
+    sender_.keep_in(spill_.get());
+    return;
+  }
+  spill_note_ += (spill_note_.empty() ? "" : "; ") + ("frames are kept in memory alone: " + spill.error().what + ": ") +
+                 spill.error().where;
+}
+
 Transmitter::~Transmitter() {
   abandoned_.store(true);
   if (thread_.joinable()) thread_.join();
@@ -53,7 +72,11 @@ TransmitterReport Transmitter::finish() {
   // Records that a full ring never took are as good as unacknowledged.
   std::uint64_t queued = 0;
   for (; frames_.front() != nullptr; frames_.pop()) ++queued;
-  return {sender_.counts(), sender_.unacknowledged() + queued, ever_heard_, host_problem(), host_address()};
+  TransmitterReport report{sender_.counts(), sender_.unacknowledged() + queued, ever_heard_, host_problem(), host_address()};
+  report.spilled = (spill_ ? sender_.unacknowledged() : 0) + old_boots_.unacknowledged();
+  if (spill_) report.spill = spill_->counts();
+  if (spill_ && sender_.unacknowledged() == 0) spill_->remove();
+  return report;
 }
 
 void Transmitter::run() {
@@ -64,6 +87,7 @@ void Transmitter::run() {
     take_records(now);
     if (stopping) sender_.stop(now);
     send_due(now);
+    if (spill_) spill_->tick(now);
     receive(now);
     host_heard_.store(sender_.host_heard(now), std::memory_order_relaxed);
     unacknowledged_.store(sender_.unacknowledged(), std::memory_order_relaxed);
@@ -128,13 +152,20 @@ void Transmitter::take_records(std::int64_t now) {
 
 void Transmitter::send_due(std::int64_t now) {
   if (!socket_) return;
+  // What the system does not take counts as lost on the way.
+  const auto sent = [this](std::span<const std::uint8_t> datagram) {
+    const UdpSocket::Sent outcome = socket_->send(datagram);
+    if (outcome == UdpSocket::Sent::kFailed) refused_ = true;
+    return outcome != UdpSocket::Sent::kBusy;
+  };
   for (int i = 0; i < kMaxPerTurn; ++i) {
     const auto datagram = sender_.next(now);
-    if (datagram.empty()) return;
-    // What the system does not take counts as lost on the way.
-    const UdpSocket::Sent sent = socket_->send(datagram);
-    if (sent == UdpSocket::Sent::kFailed) refused_ = true;
-    if (sent == UdpSocket::Sent::kBusy) return;
+    if (datagram.empty()) break;
+    if (!sent(datagram)) return;
+  }
+  for (int i = 0; i < kMaxOldPerTurn && !old_boots_.empty(); ++i) {
+    const auto datagram = old_boots_.next(now);
+    if (datagram.empty() || !sent(datagram)) return;
   }
 }
 
@@ -151,7 +182,8 @@ void Transmitter::receive(std::int64_t now) {
     wait = std::chrono::nanoseconds(0);
     if (static_cast<std::size_t>(size) > buffer.size()) continue;
     const std::uint64_t before = sender_.counts().acknowledgements;
-    sender_.receive(std::span(buffer).first(static_cast<std::size_t>(size)), now);
+    const auto datagram = std::span(buffer).first(static_cast<std::size_t>(size));
+    if (!old_boots_.receive(datagram, now)) sender_.receive(datagram, now);
     if (sender_.counts().acknowledgements > before) heard_host_.store(static_cast<int>(tried_host_), std::memory_order_relaxed);
     ever_heard_ = ever_heard_ || sender_.counts().acknowledgements > 0;
   }

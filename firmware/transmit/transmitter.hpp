@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The thread that delivers a node's records: takes them from the frame loop through a ring, keeps them until the host has
-// them (sender.hpp) and drives one UDP socket. A host with several addresses is
+// them (sender.hpp), on disk too where a spill is configured (spill.hpp), and drives one UDP socket. A host with several addresses is
 // sent to at each in turn, a second at a time, until one acknowledges. Nothing is allocated between start and finish while the network is there and
 // the host has an address.
 #pragma once
@@ -16,6 +16,7 @@
 #include "drivers/net/udp_socket.hpp"
 #include "dsp/core/spsc_ring.hpp"
 #include "firmware/transmit/host_lookup.hpp"
+#include "firmware/transmit/old_boots.hpp"
 #include "firmware/transmit/sender.hpp"
 #include "proto/messages.hpp"
 
@@ -26,6 +27,7 @@ struct TransmitterOptions {
   std::string host{};      // HOST:PORT; a name is looked up until it has an address
   HostLookup::Resolve resolve = Address::parse_all;
   std::size_t queue_frames = 64;  // between the frame loop and this thread
+  SpillOptions spill{};           // frames and frame_bytes as the sender's; no folder: frames are in memory alone
 };
 
 struct TransmitterReport {
@@ -34,6 +36,8 @@ struct TransmitterReport {
   bool host_heard = false;           // ever
   std::string host_problem{};        // why there was no address to send to; empty: there was one
   std::string host_address{};        // see Transmitter::host_address
+  std::uint64_t spilled = 0;         // frames of this run and earlier ones that stay on the disk for the next start
+  SpillCounts spill{};
 };
 
 class Transmitter {
@@ -58,6 +62,10 @@ class Transmitter {
   // --- any thread ---
   [[nodiscard]] bool host_heard() const { return host_heard_.load(std::memory_order_relaxed); }  // within the last second
   [[nodiscard]] std::uint64_t unacknowledged() const { return unacknowledged_.load(std::memory_order_relaxed); }
+  // What there is to say of the spill at the start: earlier runs that are delivered, or why nothing is kept. Else empty.
+  [[nodiscard]] const std::string& spill_note() const { return spill_note_; }
+  // Why the spill's disk does not take frames; empty: it does, or there is none.
+  [[nodiscard]] std::string spill_problem() const { return spill_ ? spill_->problem() : std::string(); }
   // Why the host's name has no address yet; empty: there is one.
   [[nodiscard]] std::string host_problem() const { return lookup_ ? lookup_->problem() : std::string(); }
   // Of a host with several addresses: which one answers, and what others it has, or that none of them does. Else empty.
@@ -65,6 +73,7 @@ class Transmitter {
 
  private:
   explicit Transmitter(const TransmitterOptions& options);
+  void open_spill(const TransmitterOptions& options);
   void run();
   void connect(std::int64_t now);
   void take_records(std::int64_t now);
@@ -76,6 +85,9 @@ class Transmitter {
   std::atomic<int> heard_host_{-1};   // of hosts_: that acknowledged last
   std::optional<HostLookup> lookup_;  // of a name
   Sender sender_;
+  std::unique_ptr<SpillFile> spill_;
+  OldBoots old_boots_;
+  std::string spill_note_;
   SpscRing<proto::CoefficientFrame> frames_;
   SpscRing<proto::NodeStatus> statuses_;
   std::optional<UdpSocket> socket_;

@@ -25,10 +25,10 @@ Source* Receiver::source_of(const proto::NodeHeader& header, std::int64_t now) {
 }
 
 void Receiver::look_for_namesake(const BootId& id, Source& source, std::int64_t now) {
-  if (source.shares_id) return;
+  if (source.shares_id || source.is_past()) return;
   for (auto at = sources_.lower_bound({id.node, 0}); at != sources_.end() && at->first.node == id.node; ++at) {
     const Source& other = at->second;
-    if (other.order <= source.order || now - other.first_heard_ns < kOldBootIsSilentAfter) continue;
+    if (other.order <= source.order || other.is_past() || now - other.first_heard_ns < kOldBootIsSilentAfter) continue;
     source.shares_id = true;
     shared_ids_.emplace_back(id, at->first);
     return;
@@ -133,9 +133,11 @@ void Receiver::pop_ready() {
 void Receiver::tick(std::int64_t now) {
   for (auto& [id, source] : sources_) {
     if (source.stream.missing() == 0 || now - source.heard_ns < kSupersededAfter) continue;
+    // A node that came back says at once what it still has of its earlier boots.
     bool superseded = false;
     for (const auto& [other_id, other] : sources_)
-      superseded = superseded || (other_id.node == id.node && other.order > source.order);
+      superseded = superseded ||
+                   (other_id.node == id.node && other.order > source.order && now - other.first_heard_ns >= kSupersededAfter);
     if (superseded) source.stream.give_up();
   }
 }

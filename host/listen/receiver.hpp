@@ -34,6 +34,8 @@ struct Source {
   std::uint64_t next_sequence = 0;  // the highest number the node has spoken of, plus one
   proto::NodeStatus status{};       // the last
   bool has_status = false;
+  // Its node measures no more under this boot: it ends, or an earlier run's frames are delivered.
+  [[nodiscard]] bool is_past() const { return has_status && status.state == proto::NodeState::kStopping; }
   bool shares_id = false;  // it measured on long after a younger boot of its node had come: two nodes have one id
 };
 
@@ -56,7 +58,7 @@ class Receiver {
   static constexpr std::size_t kMaxConcerns = 32;
   static constexpr std::size_t kMaxSources = 256;
   static constexpr std::size_t kMaxWaiting = 32768;
-  // An older boot of a node that has come back with a new one, silent for so long, is over: its gaps are lost.
+  // An older boot of a node that came back with a new one so long ago, silent for so long, is over: its gaps are lost.
   static constexpr std::int64_t kSupersededAfter = 5'000'000'000;
 
   // A node that has come back measures no more under its old boot; so long after, nothing of it is under way either.

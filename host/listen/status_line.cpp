@@ -33,7 +33,7 @@ std::vector<std::pair<proto::NodeId, const Source*>> present(const Receiver& rec
   std::map<proto::NodeId, const Source*> latest;
   for (const auto& [id, source] : receiver.sources()) {
     const Source*& known = latest[id.node];
-    if (known == nullptr || source.order > known->order) known = &source;
+    if (known == nullptr || known->is_past() || (!source.is_past() && source.order > known->order)) known = &source;
   }
   std::vector<std::pair<proto::NodeId, const Source*>> out;
   for (const auto& [node, source] : latest)

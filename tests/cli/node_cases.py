@@ -69,6 +69,8 @@ CONFIGURATION = [
     ("config is a folder", lambda b: b.path("flume.toml").mkdir(), CHECK, USAGE, ["flume.toml", "cannot be read"]),
     ("config is not TOML", config('id = "bench"', "id = = 4"), CHECK, USAGE, ["flume.toml:2", "expected"]),
     ("config is binary", written("flume.toml", bytes(range(256))), CHECK, USAGE, ["flume.toml:1"]),
+    ("spill without a folder", config("[water]", '[transmit]\nspill = ""\n[water]'), CHECK, USAGE,
+     ["flume.toml:9", "'transmit.spill'", "a folder"]),
     ("key file missing", config('id = "bench"', 'id = "bench"\nkey = "node.key"'), CHECK, USAGE,
      ["node.key", "No such file", "srd keygen"]),
     ("key of another node", with_key("cam-1", 0o600), CHECK, USAGE, ["node.key", "a key of bench", "one of cam-1"]),

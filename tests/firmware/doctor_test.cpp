@@ -298,6 +298,19 @@ TEST(Doctor, LooksAtTheLinesOfTheConfiguration) {
             2);
 }
 
+TEST(Doctor, LooksAtTheSpill) {
+  const fakes::ScratchFolder folder;
+  NodeConfig config = simulated("[transmit]\nspill = \"" + (folder.path() / "spill").string() + "\"\n");
+  Diagnosis good;
+  check_disk(config, quick(), good);
+  expect(good, "spill", Verdict::kOk, "10000 frames");
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path())) << "nothing is made";
+  config.ring_frames = std::size_t{1} << 40;
+  Diagnosis small;
+  check_disk(config, quick(), small);
+  expect(small, "spill", Verdict::kFail, "MiB free");
+}
+
 TEST(Doctor, ADiskWithoutRoomFails) {
   const fakes::ScratchFolder scratch;
   NodeConfig config = simulated();

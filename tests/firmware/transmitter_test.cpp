@@ -8,8 +8,13 @@
 #include <chrono>
 #include <functional>
 #include <future>
+#include <map>
 #include <memory>
+#include <set>
 #include <thread>
+
+#include "proto/host_codec.hpp"
+#include "tests/fakes/scratch_folder.hpp"
 
 namespace srd::firmware {
 namespace {
@@ -60,6 +65,56 @@ TEST(Transmitter, SendsToANameOnceItHasAnAddress) {
   EXPECT_GT(host->receive(datagram, seconds(10)), 0);
   EXPECT_EQ((*started)->host_problem(), "");
   EXPECT_EQ((*started)->finish().host_problem, "");
+}
+
+// As after a kill: the file of an earlier boot is there, and its frames go to the host beside this boot's.
+TEST(Transmitter, DeliversWhatAnEarlierRunHadSpilled) {
+  const fakes::ScratchFolder folder;
+  const proto::BootId earlier{*proto::NodeId::make("node"), 41};
+  TransmitterOptions options = to_a_name([](auto, auto) -> Outcome<std::vector<Address>> { return std::vector<Address>(); });
+  options.spill = {.folder = folder.path(), .frames = 100, .frame_bytes = 400};
+  {
+    auto spill = SpillFile::create(options.spill, earlier, 1);
+    ASSERT_TRUE(spill.ok());
+    SenderOptions before;
+    before.from = earlier;
+    before.ring_frames = 100;
+    Sender sender(before);
+    sender.keep_in(spill->get());
+    for (int i = 0; i < 40; ++i) ASSERT_TRUE(sender.push(a_frame_without_a_surface()));
+  }
+  auto host = UdpSocket::bind(*Address::parse("127.0.0.1:0", "test"));
+  ASSERT_TRUE(host.ok());
+  options.host = host->local().text();
+  auto started = Transmitter::start(options);
+  ASSERT_TRUE(started.ok()) << started.error().text();
+  EXPECT_EQ((*started)->spill_note(), "40 frames of 1 earlier run are delivered first to last");
+  ASSERT_TRUE((*started)->push(a_frame_without_a_surface()));
+  std::map<std::uint64_t, std::set<std::uint64_t>> heard;  // by boot
+  std::uint64_t serial = 0;
+  std::array<std::uint8_t, proto::kMaxDatagram> buffer{};
+  const bool all = within_seconds(10, [&] {
+    Address from;
+    const auto size = host->receive(buffer, milliseconds(20), &from);
+    if (size <= 0) return false;
+    const auto message = proto::decode_node_datagram(std::span(buffer).first(static_cast<std::size_t>(size)));
+    if (message) {
+      auto& numbers = heard[message->header.from.boot];
+      if (std::holds_alternative<proto::CoefficientFrame>(message->content)) numbers.insert(message->header.sequence);
+      proto::Acknowledgement answer;
+      answer.of = message->header.from;
+      answer.session = 1;
+      answer.serial = ++serial;
+      while (numbers.contains(answer.first_missing)) ++answer.first_missing;
+      answer.known_end = answer.first_missing;
+      (void)host->send_to(from, proto::encode_datagram(answer));
+    }
+    return heard[41].size() == 40 && heard[42].size() == 1;
+  });
+  EXPECT_TRUE(all);
+  EXPECT_TRUE(within_seconds(5, [&] { return std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1; }));
+  EXPECT_EQ((*started)->finish().spilled, 0u);
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
 TEST(Transmitter, ALookupThatBlocksHoldsUpNeitherRecordsNorTheEnd) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
@@ -11,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "firmware/transmit/old_boots.hpp"
 #include "firmware/transmit/sender.hpp"
 #include "host/listen/session.hpp"
 
@@ -58,6 +60,8 @@ struct SimulatedNode {
       : sender(options), to_host(seed), to_node(seed + 1) {}
   firmware::Sender sender;
   Link to_host, to_node;
+  std::unique_ptr<firmware::SpillFile> spill;  // none: frames are in memory alone
+  firmware::OldBoots old;
   double hz = 200;
   std::int64_t started = 0;
   std::uint64_t captured = 0;
@@ -101,6 +105,7 @@ class Simulation {
   std::vector<std::unique_ptr<SimulatedNode>> nodes;
   std::unique_ptr<MemorySink> sink;
   std::unique_ptr<Session> host;
+  std::filesystem::path spill_folder;                                             // of all nodes; empty: none
   std::function<void(bool to_host, const std::vector<std::uint8_t>&)> overheard;  // what arrives anywhere
   std::vector<proto::Key> keys;  // that the host accepts of any node; none: a link without keys
 
@@ -108,7 +113,15 @@ class Simulation {
     options.from = {*proto::NodeId::make(name), boot};
     nodes.push_back(std::make_unique<SimulatedNode>(options, 1000 + boot));
     nodes.back()->started = now;
+    if (!spill_folder.empty()) keep_frames(*nodes.back(), options);
     return *nodes.back();
+  }
+
+  // Without any warning.
+  static void kill_node(SimulatedNode& node) {
+    node.running = node.capturing = false;
+    node.spill.reset();
+    node.old = {};
   }
 
   // As srd listen --append does: it knows what the record has, and nothing else.
@@ -175,6 +188,16 @@ class Simulation {
   }
 
  private:
+  void keep_frames(SimulatedNode& node, const firmware::SenderOptions& options) {
+    auto earlier = firmware::SpillFile::read_all(spill_folder);
+    const std::uint64_t generation = earlier.empty() ? 1 : earlier.back().generation + 1;
+    node.old = firmware::OldBoots(std::move(earlier), options);
+    const firmware::SpillOptions spill{
+        .folder = spill_folder, .frames = options.ring_frames, .frame_bytes = proto::most_frame_bytes(frame_at(0).model.modes)};
+    auto made = firmware::SpillFile::create(spill, options.from, generation);
+    node.spill = std::move(*made);
+    node.sender.keep_in(node.spill.get());
+  }
   void advance_node(SimulatedNode& node) {
     while (node.capturing &&
            node.started + static_cast<std::int64_t>(static_cast<double>(node.captured) * 1e9 / node.hz) <= now) {
@@ -183,12 +206,18 @@ class Simulation {
     }
     while (auto datagram = node.to_node.take(now)) {
       if (overheard) overheard(false, *datagram);
-      node.sender.receive(*datagram, now);
+      if (!node.old.receive(*datagram, now)) node.sender.receive(*datagram, now);
     }
     for (auto datagram = node.sender.next(now); !datagram.empty(); datagram = node.sender.next(now)) {
       node.sent_bytes += datagram.size();
       node.to_host.put(datagram, now);
     }
+    for (int i = 0; i < 4 && !node.old.empty(); ++i) {
+      const auto datagram = node.old.next(now);
+      if (datagram.empty()) break;
+      node.to_host.put(datagram, now);
+    }
+    if (node.spill) node.spill->tick(now);
     if (node.sender.finished(now)) {
       for (int i = 0; i < 3; ++i)
         if (const auto goodbye = node.sender.status(now); !goodbye.empty()) node.to_host.put(goodbye, now);

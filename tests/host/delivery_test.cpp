@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/fakes/scratch_folder.hpp"
 #include "tests/host/delivery_simulation.hpp"
 
 namespace srd::host {
@@ -141,6 +142,91 @@ TEST(DeliveryWithKeys, WithoutTheRightKeyNothingIsRecordedNorAcknowledged) {
   EXPECT_TRUE(lab.record.empty());
   ASSERT_EQ(lab.host->receiver().concerns().size(), 1u);
   EXPECT_EQ(lab.host->receiver().concerns()[0].second, LinkConcern::kHostKeyless);
+}
+
+// Nodes die at any moment, one after the other under one id, and the host too; what each had numbered is in the record.
+TEST(DeliveryWithSpill, NodesAndHostKilledAtRandomLoseNothing) {
+  const fakes::ScratchFolder folder;
+  Simulation lab;
+  lab.spill_folder = folder.path();
+  lab.keys = {a_key(1)};
+  std::mt19937_64 random(11);
+  lab.start_host();
+  constexpr std::uint64_t kLives = 25;
+  for (std::uint64_t life = 1; life <= kLives; ++life) {
+    firmware::SenderOptions options = with_key(1);
+    options.ring_frames = 2000;
+    SimulatedNode& node = lab.add_node("n", life, options);
+    make_bad(node);
+    lab.run(static_cast<std::int64_t>(random() % 2000) * kMillisecond);
+    if (random() % 2 == 0) {
+      lab.kill_host();
+      lab.run(static_cast<std::int64_t>(random() % 1000) * kMillisecond);
+      if (life < kLives) Simulation::kill_node(node);
+      lab.start_host();
+    } else if (life < kLives) {
+      Simulation::kill_node(node);
+    }
+    lab.run(static_cast<std::int64_t>(random() % 300) * kMillisecond);
+  }
+  lab.run(10 * kSecond);
+  EXPECT_TRUE(lab.nodes.back()->old.empty());
+  EXPECT_TRUE(lab.host->receiver().shared_ids().empty());
+  lab.end_nodes();
+  const auto boots = by_boot(lab);
+  for (std::uint64_t i = 1; i <= kLives; ++i) {
+    const std::uint64_t captured = lab.nodes[i - 1]->captured;
+    if (captured == 0 && !boots.contains(boot_of("n", i))) continue;
+    expect_all_once_in_order(boots.at(boot_of("n", i)), captured);
+  }
+  // Only the last run's file is there, and it ended with everything acknowledged.
+  EXPECT_EQ(lab.nodes.back()->sender.unacknowledged(), 0u);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1);
+}
+
+// A ring that was full when the node died: what it had overwritten is named, under the old boot.
+TEST(DeliveryWithSpill, WhatTheRingHadOverwrittenIsNamed) {
+  const fakes::ScratchFolder folder;
+  Simulation lab;
+  lab.spill_folder = folder.path();
+  firmware::SenderOptions options;
+  options.ring_frames = 300;
+  SimulatedNode& first = lab.add_node("n", 1, options);
+  lab.run(5 * kSecond);
+  const std::uint64_t captured = first.captured;
+  Simulation::kill_node(first);
+  lab.start_host();
+  lab.add_node("n", 2, options);
+  lab.run(3 * kSecond);
+  const auto boots = by_boot(lab);
+  const auto& rows = boots.at(boot_of("n", 1));
+  ASSERT_EQ(rows.size(), 300u);
+  EXPECT_EQ(rows.front(), captured - 300);
+  EXPECT_EQ(rows.back(), captured - 1);
+  const auto& stream = lab.host->receiver().sources().at(boot_of("n", 1)).stream;
+  ASSERT_EQ(stream.lost_ranges().size(), 1u);
+  EXPECT_EQ(stream.lost_ranges()[0], (proto::SequenceRange{0, captured - 300}));
+}
+
+// Earlier runs' frames while the host was away, more runs than are kept: the oldest are given up, and told of.
+TEST(DeliveryWithSpill, KeepsSoManyEarlierRuns) {
+  const fakes::ScratchFolder folder;
+  Simulation lab;
+  lab.spill_folder = folder.path();
+  firmware::SenderOptions options;
+  options.ring_frames = 300;
+  for (std::uint64_t life = 1; life <= 12; ++life) {
+    SimulatedNode& node = lab.add_node("n", life, options);
+    lab.run(100 * kMillisecond);
+    Simulation::kill_node(node);
+  }
+  lab.start_host();
+  const SimulatedNode& node = lab.add_node("n", 13, options);
+  EXPECT_NE(node.old.summary().find("of 8 earlier runs"), std::string::npos) << node.old.summary();
+  EXPECT_NE(node.old.summary().find("are given up"), std::string::npos) << node.old.summary();
+  lab.run(5 * kSecond);
+  EXPECT_EQ(by_boot(lab).size(), 9u);
+  EXPECT_LE(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1);
 }
 
 // A stranger who hears everything, and has the key of a node "mine" only, sends a million datagrams to the host and to the
