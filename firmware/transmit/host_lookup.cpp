@@ -2,6 +2,7 @@
 #include "firmware/transmit/host_lookup.hpp"
 
 #include <atomic>
+#include <condition_variable>
 #include <mutex>
 #include <thread>
 
@@ -10,6 +11,8 @@ namespace srd::firmware {
 struct HostLookup::Answer {
   std::atomic<bool> wanted{true};
   std::mutex mutex;  // of what follows
+  std::condition_variable wake;
+  bool again = false;
   std::vector<Address> addresses;
   std::string problem;
 };
@@ -23,15 +26,35 @@ HostLookup::HostLookup(const std::string& host, const Resolve& resolve, std::chr
       {
         const std::lock_guard lock(answer->mutex);
         if (found) answer->addresses = *found;
-        answer->problem = found ? "" : found.error().what;
+        // A name that had an address keeps it while the network is away.
+        if (found || answer->addresses.empty()) answer->problem = found ? "" : found.error().what;
       }
-      if (found) return;
-      std::this_thread::sleep_for(pause);
+      std::unique_lock lock(answer->mutex);
+      const auto asked = [&] { return answer->again || !answer->wanted; };
+      if (found)
+        answer->wake.wait(lock, asked);
+      else
+        answer->wake.wait_for(lock, pause, [&] { return !answer->wanted; });
+      answer->again = false;
     }
   }).detach();
 }
 
-HostLookup::~HostLookup() { answer_->wanted = false; }
+HostLookup::~HostLookup() {
+  {
+    const std::lock_guard lock(answer_->mutex);
+    answer_->wanted = false;
+  }
+  answer_->wake.notify_one();
+}
+
+void HostLookup::again() {
+  {
+    const std::lock_guard lock(answer_->mutex);
+    answer_->again = true;
+  }
+  answer_->wake.notify_one();
+}
 
 std::vector<Address> HostLookup::addresses() const {
   const std::lock_guard lock(answer_->mutex);

@@ -18,7 +18,8 @@ class HostLookup {
  public:
   using Resolve = std::function<Outcome<std::vector<Address>>(std::string_view text, std::string_view where)>;
 
-  // Asks resolve (Address::parse_all, another in tests) for host until there is an address, with this pause in between.
+  // Asks resolve (Address::parse_all, another in tests) for host until there is an address, with this pause in between; then
+  // once more at every call of again.
   HostLookup(const std::string& host, const Resolve& resolve, std::chrono::milliseconds pause);
   HostLookup(const HostLookup&) = delete;
   HostLookup& operator=(const HostLookup&) = delete;
@@ -26,8 +27,10 @@ class HostLookup {
   ~HostLookup();
 
   // --- any thread ---
-  // Empty: none yet. They do not change once there are any.
+  // Empty: none yet. As the last lookup that found any had them.
   [[nodiscard]] std::vector<Address> addresses() const;
+  // The host does not answer: perhaps it has moved. Does not wait.
+  void again();
   // Why there is no address yet; empty: there is one.
   [[nodiscard]] std::string problem() const;
 

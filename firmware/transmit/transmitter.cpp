@@ -99,9 +99,25 @@ void Transmitter::run() {
     if (const auto goodbye = sender_.status(now); !goodbye.empty()) (void)socket_->send(goodbye);
 }
 
+// Of a name whose host is silent. The answer to one call is seen by the next.
+void Transmitter::look_again(std::int64_t now) {
+  if (answered_ns_ == 0 || sender_.host_heard(now)) answered_ns_ = now;
+  if (!lookup_ || hosts_.empty() || now - answered_ns_ < kSilent || now - looked_ns_ < kReconnect) return;
+  looked_ns_ = now;
+  lookup_->again();
+  std::vector<Address> found = lookup_->addresses();
+  if (found == hosts_) return;
+  hosts_ = std::move(found);
+  tried_host_ = 0;
+  heard_host_.store(-1, std::memory_order_relaxed);
+  socket_.reset();
+  since_ns_ = 0;
+}
+
 // UDP tells of no connection: an address is right once the host acknowledges from it. Until then each one has its second, or
 // less where the system says that nobody listens there. A host that was heard may be silent for longer.
 void Transmitter::connect(std::int64_t now) {
+  look_again(now);
   if (socket_ && sender_.host_heard(now)) {
     since_ns_ = now;
     refused_ = false;

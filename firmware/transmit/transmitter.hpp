@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The thread that delivers a node's records: takes them from the frame loop through a ring, keeps them until the host has
 // them (sender.hpp), on disk too where a spill is configured (spill.hpp), and drives one UDP socket. A host with several addresses is
-// sent to at each in turn, a second at a time, until one acknowledges. Nothing is allocated between start and finish while the network is there and
+// sent to at each in turn, a second at a time, until one acknowledges; a name is looked up anew when the host has been silent
+// for five seconds, for it may have moved. Nothing is allocated between start and finish while the network is there and
 // the host has an address.
 #pragma once
 
@@ -76,6 +77,7 @@ class Transmitter {
   void open_spill(const TransmitterOptions& options);
   void run();
   void connect(std::int64_t now);
+  void look_again(std::int64_t now);
   void take_records(std::int64_t now);
   void send_due(std::int64_t now);
   void receive(std::int64_t now);
@@ -91,8 +93,9 @@ class Transmitter {
   SpscRing<proto::CoefficientFrame> frames_;
   SpscRing<proto::NodeStatus> statuses_;
   std::optional<UdpSocket> socket_;
-  std::int64_t since_ns_ = 0;  // of the last try to connect, or of the last answer; 0: never
-  bool refused_ = false;       // by the system, since then
+  std::int64_t since_ns_ = 0;                     // of the last try to connect, or of the last answer; 0: never
+  bool refused_ = false;                          // by the system, since then
+  std::int64_t answered_ns_ = 0, looked_ns_ = 0;  // last answer (or the start), and last look for a host that moved
   bool ever_heard_ = false;
   std::atomic<bool> stopping_{false};
   std::atomic<bool> abandoned_{false};

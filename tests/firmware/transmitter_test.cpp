@@ -117,6 +117,22 @@ TEST(Transmitter, DeliversWhatAnEarlierRunHadSpilled) {
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
+TEST(SlowTransmitter, FollowsAHostThatGotAnotherAddress) {
+  auto before = UdpSocket::bind(*Address::parse("127.0.0.1:0", "test")),
+       after = UdpSocket::bind(*Address::parse("127.0.0.2:0", "test"));
+  ASSERT_TRUE(before.ok() && after.ok());
+  const auto moved = std::make_shared<std::atomic<bool>>(false);
+  auto started = Transmitter::start(to_a_name(
+      [moved, from = before->local(), to = after->local()](
+          std::string_view, std::string_view) -> Outcome<std::vector<Address>> { return std::vector{*moved ? to : from}; }));
+  ASSERT_TRUE(started.ok()) << started.error().text();
+  std::array<std::uint8_t, proto::kMaxDatagram> datagram{};
+  EXPECT_GT(before->receive(datagram, seconds(10)), 0);
+  EXPECT_LT(after->receive(datagram, milliseconds(0)), 0);
+  *moved = true;
+  EXPECT_GT(after->receive(datagram, seconds(10)), 0);
+}
+
 TEST(Transmitter, ALookupThatBlocksHoldsUpNeitherRecordsNorTheEnd) {
   std::promise<void> answer;
   auto started =
