@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/host_codec.hpp"
 
+#include <google/protobuf/descriptor.pb.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -174,8 +176,19 @@ std::vector<std::uint8_t> ended(const wire::HostDatagram& message, const Key* ke
 std::optional<NodeMessage> decode_node_datagram(std::span<const std::uint8_t> datagram, const Key* key) {
   if (datagram.size() > kMaxDatagram) return std::nullopt;
   const auto message = without_end(key, Direction::kFromNode, datagram);
+  return message ? decode_node_message(*message) : std::nullopt;
+}
+
+std::string record_schema() {
+  google::protobuf::FileDescriptorSet set;
+  wire::NodeDatagram::descriptor()->file()->CopyTo(set.add_file());
+  return set.SerializeAsString();
+}
+
+std::optional<NodeMessage> decode_node_message(std::span<const std::uint8_t> message) {
   wire::NodeDatagram in;
-  if (!message || !in.ParseFromArray(message->data(), static_cast<int>(message->size())) || in.version() != kWireVersion)
+  if (message.size() > kMaxDatagram || !in.ParseFromArray(message.data(), static_cast<int>(message.size())) ||
+      in.version() != kWireVersion)
     return std::nullopt;
   const auto node = NodeId::make(in.node());
   const auto clock = enumerator<ClockId>(in.clock());

@@ -88,6 +88,8 @@ void add_listen_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("listen", "Receive the frames of any number of nodes and write their coefficients");
   command->add_option("--bind", given->options.bind, "Address to listen on (ADDR:PORT)")->capture_default_str();
   command->add_option("--csv", given->options.csv, "Record to write; frames are acknowledged once they are in it");
+  command->add_option("--record", given->options.record,
+                      "Folder of MCAP files with every frame as its node sent it; gone on with where it is there");
   command->add_option("--keys", given->options.keys,
                       "Folder of nodes' keys (srd keygen): only what they prove is accepted and acknowledged");
   command->add_option("--count", given->options.count, "End after so many rows")->check(CLI::PositiveNumber);
@@ -100,7 +102,8 @@ void add_listen_command(CLI::App& app, int& exit_code) {
   force->needs("--csv");
   command->footer(
       "A node with another list of modes than the first gets a file of its own beside FILE: run.csv, run.A00-B-C.csv.\n"
-      "run.csv.model.toml says lengths, origin, index and pattern of each node. Without --csv nothing is kept.\n"
+      "run.csv.model.toml says lengths, origin, index and pattern of each node. Without --csv and --record nothing is kept. "
+      "Frames are acknowledged once they are in both.\n"
       "--fuse wants boards whose clocks agree (chrony, PTP): frames are brought to one moment by their wall times.");
   command->callback([given, &exit_code] {
     if (given->append) given->options.open = OpenMode::kAppend;

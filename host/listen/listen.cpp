@@ -5,6 +5,8 @@
 #include <random>
 
 #include "host/listen/key_folder.hpp"
+#include "host/listen/once.hpp"
+#include "host/listen/record_folder.hpp"
 #include "host/listen/status_line.hpp"
 #include "host/listen/surface_count.hpp"
 
@@ -20,6 +22,10 @@ constexpr std::int64_t kShowEvery = kSecond / 5;
 
 std::int64_t steady_ns() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+std::int64_t wall_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
 // Rows a second over the last few shows.
@@ -114,13 +120,26 @@ Outcome<void> listen(const ListenOptions& options, const std::atomic<bool>& stop
   session_options.session = random_number();
   if (keys) session_options.keys = [&](const proto::NodeId& node) { return keys->keys_of(node, steady_ns(), options.notify); };
   if (options.count > 0) session_options.most_rows = options.count;
+  std::unique_ptr<RecordFolder> record;
+  std::vector<std::unique_ptr<Once>> once;
+  std::optional<FramesByBoot> in_all;
+  const auto keep_in = [&](FrameSink& sink, const FramesByBoot& has) {
+    sinks.push_back(once.emplace_back(std::make_unique<Once>(sink, has)).get());
+    in_all = in_all ? in_both(*in_all, has) : has;
+  };
   if (!options.csv.empty()) {
     auto opened = CoefficientFile::open(options.csv, options.open);
     if (!opened) return opened.error();
     csv = std::move(*opened);
-    session_options.in_file = csv->frames_in_file();
-    sinks.push_back(csv.get());
+    keep_in(*csv, csv->frames_in_file());
   }
+  if (!options.record.empty()) {
+    auto opened = RecordFolder::open(options.record, wall_ns);
+    if (!opened) return opened.error();
+    record = std::move(*opened);
+    keep_in(*record, record->frames_in_file());
+  }
+  if (in_all) session_options.in_file = std::move(*in_all);
   std::unique_ptr<Fusion> fusion;
   if (options.fuse) {
     FusionOptions fuse = *options.fuse;
@@ -128,6 +147,7 @@ Outcome<void> listen(const ListenOptions& options, const std::atomic<bool>& stop
     fuse.notify = options.notify;
     fuse.sinks = options.further_sinks;
     if (csv) fuse.sinks.push_back(csv.get());
+    if (record) fuse.sinks.push_back(record.get());
     fusion = std::make_unique<Fusion>(std::move(fuse));
     // Before the others: they are flushed with what it gave them.
     sinks.insert(sinks.begin(), fusion.get());

@@ -21,6 +21,7 @@ struct ListenOptions {
   std::string bind = "127.0.0.1:47810";
   std::filesystem::path csv{};  // empty: no file; frames are acknowledged and only shown
   OpenMode open = OpenMode::kNew;
+  std::filesystem::path record{};                    // folder of MCAP segments, which are gone on with; empty: none
   std::filesystem::path keys{};                      // folder of nodes' keys; empty: a link without keys
   std::uint64_t count = 0;                           // rows after which to end; 0: no end
   double seconds = 0;                                // after which to end; 0: no end

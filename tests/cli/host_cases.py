@@ -204,6 +204,9 @@ LISTENING = [
     ("file of boards is missing", lambda b: None, (*LISTEN, "--boards", "no-boards.toml"), USAGE, ["no-boards.toml"]),
     ("one board is no fusion", exists("one.toml", '[[board]]\nnode = "a"\n'),
      (*LISTEN, "--boards", "one.toml"), USAGE, ["one.toml", "at least two boards of one surface"]),
+    ("record with a segment that is none", exists("rec/000001.mcap", COEFFICIENTS), (*LISTEN, "--record", "rec"), INPUT,
+     ["rec/000001.mcap", "MCAP"]),
+    ("record where a file is", exists("rec", COEFFICIENTS), (*LISTEN, "--record", "rec"), 4, ["rec", "cannot make the record"]),
     ("no seconds", lambda b: None, ("srd", "listen", "--for", "0"), USAGE, ["--for", "0"]),
 ]
 
