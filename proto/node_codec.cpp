@@ -204,8 +204,11 @@ std::size_t most_frame_bytes(const dsp::ModeList& modes) {
   frame.stamp = {-1, ClockId::kRecording, -1, ~std::uint64_t{0}};
   frame.status = FrameStatus::kInterlaced;
   frame.model = {modes, 1, 1, 1, 1};
+  while (frame.plates.push({1, 1})) {}
   frame.centre_x_mm = frame.centre_y_mm = frame.pattern_x_mm = frame.pattern_y_mm = 1;
   frame.coefficients.setConstant(modes.size(), 1);
+  frame.systematic.deviation.setConstant(modes.size(), 1);
+  frame.systematic.pose_day = frame.systematic.calibration_day = SystematicErrors::kLastDay;
   frame.information.size = modes.size();
   frame.information.scale.fill(1);
   frame.information.entries.fill(1);

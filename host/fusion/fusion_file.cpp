@@ -13,7 +13,8 @@ const NumberRange kPlace{-1e6, 1e6, "mm"};
 const NumberRange kLength{0.001, 1e6, "mm"};
 
 void read_surface(TomlTable surface, FusionOptions& options) {
-  if (!surface.has("modes") && !surface.has("parameters")) surface.missing("modes", "the common surface's modes, or parameters");
+  if (!surface.has("modes") && !surface.has("parameters"))
+    surface.missing("modes", "the common surface's modes, or parameters");
   const auto modes = read_modes(surface);
   const auto lx = surface.number("lx_mm", kLength), ly = surface.number("ly_mm", kLength);
   if (!surface.has("lx_mm")) surface.missing("lx_mm", "the length scale of the modes, mm");

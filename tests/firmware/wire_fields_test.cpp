@@ -30,8 +30,8 @@ namespace {
 
 constexpr std::int64_t kSecondNs = 1'000'000'000;
 constexpr const char* kNode =
-    "[camera]\nsource = \"simulator\"\n[surface]\nguess_mm = [79]\nx0_mm = 1\ny0_mm = 2\n[[water.plate]]\nthickness_mm = "
-    "5\nindex = 1.49\n";
+    "[camera]\nsource = \"simulator\"\n[[water.plate]]\nthickness_mm = 5\nindex = 1.49\n"
+    "[surface]\nguess_mm = [79]\nx0_mm = 1\ny0_mm = 2\n";
 
 using google::protobuf::Descriptor;
 using google::protobuf::FieldDescriptor;

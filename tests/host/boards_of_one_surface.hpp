@@ -20,7 +20,7 @@ struct BoardOfTest {
   double hz = 50, phase_s = 0;       // of its exposures
   double offset_s = 0, sd_s = 1e-4;  // of its clock: what it is wrong by, and what it says
   double noise = 1;                  // scale of its deviations
-  Eigen::VectorXd shift{};             // mm, added to its coefficients; empty: none
+  Eigen::VectorXd shift{};           // mm, added to its coefficients; empty: none
   double leak = 0;                   // share of the wave's coefficients that its model gets wrong
 };
 

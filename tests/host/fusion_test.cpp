@@ -72,6 +72,7 @@ TEST(Fusion, OfBoardsInStepIsAsGoodAsAllTheirCornersTogether) {
     const Eigen::VectorXd error = error_of(frame);
     square += error.dot(information * error) / 5 / static_cast<double>(run.kept.frames.size());
     EXPECT_EQ(frame.corners_used, 600u);
+    EXPECT_TRUE(proto::valid(frame));  // records take it
   }
   EXPECT_NEAR(square, 1, 0.08);  // 5000 draws, and 0.1 ms of each clock
   EXPECT_EQ(run.counts.at("a").used, run.kept.frames.size());
