@@ -168,7 +168,9 @@ class Simulation {
     }
     if (!host) return;
     const auto answers = host->advance();
-    for (const Answer& answer : answers.value()) nodes[answer.to.port() - 1]->to_node.put(answer.datagram, now);
+    // A stranger who repeats a node's last hello is welcomed, and can do nothing with it.
+    for (const Answer& answer : answers.value())
+      if (answer.to.port() <= nodes.size()) nodes[answer.to.port() - 1]->to_node.put(answer.datagram, now);
   }
   void run(std::int64_t duration) {
     for (const std::int64_t end = now + duration; now < end;) step();
