@@ -30,7 +30,8 @@ enum class GrayLayout : std::uint8_t {
     case GrayLayout::kLittleEndian: return 2 * width;
     case GrayLayout::kRgb:
     case GrayLayout::kBgr: return 3 * width;
-    case GrayLayout::kPackedTen: return (5 * width + 3) / 4;
+    case GrayLayout::kPackedTen:
+      return (width + 3) / 4 * 5;  // whole groups: the low bits of the last pixels are in its last byte
     case GrayLayout::kJpeg: break;
   }
   return 0;

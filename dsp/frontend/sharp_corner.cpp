@@ -89,7 +89,7 @@ class Unmasked {
     return (std::int64_t{a.x} * b.x + std::int64_t{a.y} * b.y) >> 14;
   }
   static TermLevels product(const SharpEdge::Value& a, const SharpEdge::Value& b, std::int64_t rho) {
-    const auto times = [](std::int32_t p, std::int32_t q) { return (p * q + (1 << 13)) >> 14; };
+    const auto times = [](std::int64_t p, std::int64_t q) { return static_cast<std::int32_t>((p * q + (1 << 13)) >> 14); };
     TermLevels levels{};
     levels[kValue] = times(a.step, b.step) + static_cast<std::int32_t>((times(a.slope, b.slope) * rho) >> 14);
     levels[kBend] = -times(a.bend, b.step) - times(a.step, b.bend);
