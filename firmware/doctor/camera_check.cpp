@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
 #include "drivers/camera/libcamera/libcamera_environment.hpp"
 #include "drivers/support/formatted.hpp"
@@ -20,6 +21,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::uint64_t kFrames = 100;
 constexpr int kSearched = 10;                               // frames in which the pattern is looked for
+constexpr auto kRigTime = std::chrono::seconds(10);         // until the rig's second look
 constexpr auto kPatience = std::chrono::milliseconds(100);  // between looks at whether to stop
 constexpr int kStep = 4;                                    // every fourth pixel is enough to judge the light
 constexpr double kDark = 30, kBright = 225, kMaxSaturated = 0.01;
@@ -202,8 +204,15 @@ void find_pattern(const NodeConfig& config, Instrument& instrument, LitFrames& f
   int searched = 0;
   bool found = false;
   RigCheck rig(config, instrument);
-  // A rig that seems to have moved is looked at once more.
-  while (!options.stopping() && ((!found && searched < kSearched) || rig.undecided()) && Clock::now() < end) {
+  // A rig that seems to have moved is looked at once more, and has time of its own for that.
+  std::optional<Clock::time_point> rig_end;
+  while (!options.stopping()) {
+    const bool searching = !found && searched < kSearched && Clock::now() < end;
+    if (!searching) {
+      if (!rig.undecided()) break;
+      if (!rig_end) rig_end = Clock::now() + kRigTime;
+      if (Clock::now() >= *rig_end) break;
+    }
     const Capture got = frames.next(frame, kPatience);
     if (got == Capture::kEnd) break;
     if (got != Capture::kFrame) continue;
@@ -213,7 +222,7 @@ void find_pattern(const NodeConfig& config, Instrument& instrument, LitFrames& f
       continue;
     }
     rig.look(frame.image, frame.time_ns);
-    if (found || searched == kSearched) {
+    if (!searching) {
       frames.give_back(frame);
       continue;
     }

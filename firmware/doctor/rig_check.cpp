@@ -155,13 +155,18 @@ void RigCheck::tell(Diagnosis& diagnosis) const {
     diagnosis.ok("rig", "as the pose says: " + figures_of(*first_));
     return;
   }
-  if (second_ && dsp::by_chance_between(*first_, *second_) < kFalseAlarm) {
+  if (!second_) {
+    diagnosis.warn("rig",
+                   "not compared with the pose: it differs in the one frame that came in time, as it would through waves",
+                   still_advice);
+    return;
+  }
+  if (dsp::by_chance_between(*first_, *second_) < kFalseAlarm) {
     diagnosis.warn("rig", "not compared with the pose: the water moves", still_advice);
     return;
   }
   diagnosis.warn("rig",
                  "camera or pattern has moved since the pose was found: " + figures_of(*first_) +
-                     (second_ ? "" : "; from one frame alone, and waves would look alike") +
                      (instrument_.rig.pose_errors ? "" : "; the pose's own errors are not known and count as none"),
                  kMovedAdvice);
 }

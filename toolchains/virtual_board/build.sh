@@ -28,10 +28,10 @@ cd "$work"
 
 # What runs on the board, besides the project's own programs and their libraries.
 runtime=(bash coreutils grep kmod udev iproute2 busybox-static v4l-utils gpiod libcamera-ipa)
-debian_packages "$PWD/root" 12 arm64 "${runtime[@]}" libcamera0.0.3 libgpiod2 libhwy1 libjpeg62-turbo libopencv-core406 libpng16-16 libsystemd0 &
+debian_packages "$PWD/root" 12 arm64 "${runtime[@]}" libcamera0.0.3 libgpiod2 libhwy1 libjpeg62-turbo libsodium23 libopencv-core406 libpng16-16 libsystemd0 &
 root_job=$!
 debian_packages "$PWD/root13" 13 arm64 bash coreutils libcamera0.4 libcamera-ipa libgpiod3 libhwy1t64 libopencv-core410 \
-  libjpeg62-turbo libpng16-16t64 libsystemd0 gpiod &
+  libjpeg62-turbo libsodium23 libpng16-16t64 libsystemd0 gpiod &
 root13_job=$!
 
 debian_state "$PWD/state" 12 arm64
